@@ -1,0 +1,156 @@
+"""The 7-state model of the rig: state equations (4-17), Jacobian (4-19), steady state (4-16), energy.
+
+States, in this order everywhere:
+
+    x_1 twist_12       rad    theta_1 - theta_2, twist between disc 1 (bit) and disc 2 (collars)
+    x_2 twist_23       rad    theta_2 - theta_3, twist between disc 2 and the motor's output
+    x_3 bit_speed      rad/s  speed of disc 1
+    x_4 collar_speed   rad/s  speed of disc 2
+    x_5 top_speed      rad/s  speed of the motor's output, behind the gear
+    x_6 current        A      armature current
+    x_7 speed_error_integral  rad  integral of omega_ref - x_5, the state of the PI loop
+
+Three lines of the printed chapter are slips, each settled by the equation that it comes from:
+(4-5d) and (4-17) print -d_2 x_5 where (4-3b) gives +d_2 x_5; (4-20) prints J_52 = -k_2/J_3 where
+(4-5e) gives +k_2/J_3; (4-2b) and (4-3b) print the acceleration of disc 1 where disc 2's is meant.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from drillrig_env.friction import FloatArray, Friction, Quantity
+from drillrig_env.rig import Rig
+
+STATE_NAMES = (
+    "twist_12",
+    "twist_23",
+    "bit_speed",
+    "collar_speed",
+    "top_speed",
+    "current",
+    "speed_error_integral",
+)
+STATE_UNITS = ("rad", "rad", "rad/s", "rad/s", "rad/s", "A", "rad")
+
+
+def state_equations(x: Sequence[float] | FloatArray, omega_ref: float, T_r1: float, rig: Rig) -> list[float]:
+    """Time derivative of the 7 states, equations (4-17).
+
+    `x` holds the 7 states, `omega_ref` is the speed reference (rad/s), `T_r1` the friction torque
+    on disc 1 (N m), from (4-7) or (4-9) at x_3.
+    """
+    x_1, x_2, x_3, x_4, x_5, x_6, x_7 = x
+    p = rig
+    return [
+        x_3 - x_4,
+        x_4 - x_5,
+        (-p.d_1 * x_3 + p.d_1 * x_4 - p.k_1 * x_1 - T_r1) / p.J_1,
+        (p.d_1 * x_3 - (p.d_1 + p.d_2) * x_4 + p.d_2 * x_5 + p.k_1 * x_1 - p.k_2 * x_2 - p.T_r2) / p.J_2,
+        (p.k_2 * x_2 + p.d_2 * x_4 - (p.eta**2 * p.C_m + p.d_2) * x_5 + p.eta * p.K_T * x_6 - p.eta * p.T_f) / p.J_3,
+        (-p.R * x_6 - p.eta * p.K_E * x_5 + p.k_p * (omega_ref - x_5) + p.k_i * x_7) / p.L,
+        omega_ref - x_5,
+    ]
+
+
+def jacobian(rig: Rig, slope: float = 0.0) -> FloatArray:
+    """Jacobian J* of the state equations, (4-19) with the entries (4-20); shape (7, 7).
+
+    `slope` is the slope Delta T_r1 of the friction torque (N m s/rad, (4-21)); with 0 this is the
+    linear part of the model, friction aside.
+    """
+    p = rig
+    J = np.zeros((7, 7))
+    J[0, 2], J[0, 3] = 1.0, -1.0
+    J[1, 3], J[1, 4] = 1.0, -1.0
+    J[2, 0], J[2, 2], J[2, 3] = -p.k_1 / p.J_1, -(slope + p.d_1) / p.J_1, p.d_1 / p.J_1
+    J[3, 0], J[3, 1] = p.k_1 / p.J_2, -p.k_2 / p.J_2
+    J[3, 2], J[3, 3], J[3, 4] = p.d_1 / p.J_2, -(p.d_1 + p.d_2) / p.J_2, p.d_2 / p.J_2
+    J[4, 1], J[4, 3] = p.k_2 / p.J_3, p.d_2 / p.J_3
+    J[4, 4], J[4, 5] = -(p.eta**2 * p.C_m + p.d_2) / p.J_3, p.eta * p.K_T / p.J_3
+    J[5, 4], J[5, 5], J[5, 6] = -(p.eta * p.K_E + p.k_p) / p.L, -p.R / p.L, p.k_i / p.L
+    J[6, 4] = -1.0
+    return J
+
+
+def friction_input(rig: Rig) -> FloatArray:
+    """How the friction torque enters (4-17): the derivative of the 7 rates with respect to T_r1; shape (7,)."""
+    b = np.zeros(7)
+    b[2] = -1.0 / rig.J_1
+    return b
+
+
+def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
+    """Steady rotation at `speed` (rad/s, > 0), equation (4-16) with x_6 and x_7; shape (..., 7).
+
+    Shapes of `speed` and the friction's fields broadcast. A torque T_r2 on disc 2 adds to the
+    torque that the lower shaft and the motor carry.
+    """
+    omega = np.asarray(speed, dtype=float)
+    return _equilibrium(rig, np.asarray(friction.torque(rig, omega)), omega)
+
+
+def frictionless_state(rig: Rig, speed: Quantity) -> FloatArray:
+    """The state that (4-17) holds still at `speed` (rad/s) without friction on disc 1; shape (..., 7).
+
+    At speed 0 this is the rig at rest: shafts untwisted, the motor just balancing its own friction
+    (so that it does not creep backwards, where the model's constant T_f would be wrong).
+    """
+    omega = np.asarray(speed, dtype=float)
+    return _equilibrium(rig, np.zeros(omega.shape), omega)
+
+
+def _equilibrium(rig: Rig, T_r1: FloatArray, omega: FloatArray) -> FloatArray:
+    T_r1, omega = np.broadcast_arrays(T_r1, omega)
+    T_r2 = rig.T_r2
+    x = np.empty((*omega.shape, 7))
+    x[..., 0] = -T_r1 / rig.k_1
+    x[..., 1] = -(T_r1 + T_r2) / rig.k_2
+    x[..., 2] = x[..., 3] = x[..., 4] = omega
+    x[..., 5] = (rig.eta**2 * rig.C_m * omega + T_r1 + T_r2 + rig.eta * rig.T_f) / (rig.eta * rig.K_T)
+    x[..., 6] = (rig.R * x[..., 5] + rig.eta * rig.K_E * omega) / rig.k_i
+    return x
+
+
+def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
+    """omega_min of (4-15), in rad/s: below it a drive with the gain k_p alone does not break the bit loose.
+
+    The chapter leaves out the integrator here. With it the drive winds up and always breaks away:
+    standstill is no equilibrium of the 7-state model for a positive speed reference.
+    Raises `ValueError` for k_p = 0, where (4-15) has no meaning.
+    """
+    if rig.k_p == 0:
+        raise ValueError("minimum_speed: k_p = 0 V s/rad is not allowed; allowed: > 0 V s/rad")
+    static = np.asarray(friction.normal_force) * rig.r_1 * friction.mu_s
+    speed = (static + rig.eta * rig.T_f) * rig.R / (rig.eta * rig.K_T * rig.k_p)
+    return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
+
+
+def string_torque(rig: Rig, state: FloatArray) -> FloatArray:
+    """Torque that the drive delivers into the string, -(k_2 x_2 + d_2 (x_4 - x_5)), in N m; shape (...)."""
+    x = np.asarray(state)
+    return np.asarray(-(rig.k_2 * x[..., 1] + rig.d_2 * (x[..., 3] - x[..., 4])))
+
+
+def stored_energy(rig: Rig, state: FloatArray) -> FloatArray:
+    """Mechanical energy of discs, motor inertia and shafts, in J; `state` of shape (..., 7), result (...)."""
+    x = np.asarray(state)
+    kinetic = rig.J_1 * x[..., 2] ** 2 + rig.J_2 * x[..., 3] ** 2 + rig.J_3 * x[..., 4] ** 2
+    elastic = rig.k_1 * x[..., 0] ** 2 + rig.k_2 * x[..., 1] ** 2
+    return np.asarray(0.5 * (kinetic + elastic))
+
+
+def motor_power(rig: Rig, state: FloatArray) -> FloatArray:
+    """Power that the motor's field puts into the shaft, eta K_T x_6 x_5, in W; shape (...)."""
+    x = np.asarray(state)
+    return np.asarray(rig.eta * rig.K_T * x[..., 5] * x[..., 4])
+
+
+def dissipated_power(rig: Rig, friction: Friction, state: FloatArray) -> FloatArray:
+    """Power lost in shafts, motor friction and brake pin, in W; `state` of shape (..., 7), result (...)."""
+    x = np.asarray(state)
+    shafts = rig.d_1 * (x[..., 2] - x[..., 3]) ** 2 + rig.d_2 * (x[..., 3] - x[..., 4]) ** 2
+    motor = rig.eta**2 * rig.C_m * x[..., 4] ** 2 + rig.eta * rig.T_f * x[..., 4]
+    return np.asarray(shafts + motor + rig.T_r2 * x[..., 3] + friction.torque(rig, x[..., 2]) * x[..., 2])

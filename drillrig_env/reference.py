@@ -1,0 +1,116 @@
+"""Two reference solutions with SciPy: the chapter's VODE-BDF, and Radau with the kinks split by events.
+
+The fast stepper is tested against both. They are slow: 5 to 20 simulated seconds a second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import ode, solve_ivp
+
+from drillrig_env.friction import FloatArray, Friction, torque_in_zone, zone_of
+from drillrig_env.model import friction_input, jacobian, state_equations
+from drillrig_env.rig import Rig
+
+_torque_in_zone = torque_in_zone.py_func  # type: ignore[attr-defined]
+_zone_of = zone_of.py_func  # type: ignore[attr-defined]
+
+
+def _law(rig: Rig, friction: Friction) -> tuple[float, float, float, float]:
+    """The arguments of the friction law after zone and speed: N_1 r_1 mu_s, N_1 r_1 mu_k, v_b, omega_s."""
+    normal_force, mu_s, mu_k, v_b = friction.as_array(1)[0].tolist()
+    return normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s
+
+
+def vode(
+    rig: Rig,
+    friction: Friction,
+    speed_reference: float,
+    state: FloatArray,
+    times: FloatArray,
+    *,
+    rtol: float = 1e-8,
+    with_jacobian: bool = True,
+) -> FloatArray:
+    """Integrate as the chapter does, with VODE's BDF method on (4-17) and (4-9), in plain Python.
+
+    `times` starts at the time of `state`; returns the states at `times[1:]`, shape (n, 7).
+    With `with_jacobian=False` VODE iterates functionally, at some 50 times the work. The Jacobian
+    is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
+    """
+    law = _law(rig, friction)
+
+    def rates(_t: float, x: FloatArray) -> list[float]:
+        x_3 = float(x[2])
+        torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s), x_3, *law)
+        return state_equations(x.tolist(), speed_reference, torque, rig)
+
+    solver = ode(rates).set_integrator(
+        "vode", method="bdf", rtol=rtol, atol=1e-3 * rtol, with_jacobian=with_jacobian, nsteps=10_000_000
+    )
+    solver.set_initial_value(state, times[0])
+    states = np.empty((len(times) - 1, 7))
+    for i, time in enumerate(times[1:]):
+        states[i] = solver.integrate(time)
+        if not solver.successful():
+            raise RuntimeError(f"vode: gave up at t = {solver.t:g} s of {times[-1]:g} s")
+    return states
+
+
+def radau(
+    rig: Rig,
+    friction: Friction,
+    speed_reference: float,
+    state: FloatArray,
+    times: FloatArray,
+    *,
+    rtol: float = 1e-11,
+    atol: float = 1e-13,
+) -> FloatArray:
+    """Integrate with Radau one piece of the law (4-9) at a time, each kink located as an event.
+
+    Every piece is smooth beyond its zone, so the event is found on a smooth solution. Arguments and
+    result as for `vode`; the accurate reference of the project.
+    """
+    law = _law(rig, friction)
+    linear, to_rates = jacobian(rig), friction_input(rig)
+    offset = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
+    states = np.empty((len(times) - 1, 7))
+    time, x, done = float(times[0]), np.asarray(state, dtype=float), 0
+    zone = _zone_of(float(x[2]), rig.omega_s)
+    while done < len(states):
+
+        def rates(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
+            return np.asarray(linear @ x + offset + to_rates * _torque_in_zone(zone, float(x[2]), *law)[0])
+
+        def slopes(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
+            full = linear.copy()
+            full[2, 2] += to_rates[2] * _torque_in_zone(zone, float(x[2]), *law)[1]
+            return full
+
+        edges = {0: (-1, 1), 1: (1,), -1: (-1,)}[zone]
+        events = [_edge(side * rig.omega_s, direction=side if zone == 0 else -side) for side in edges]
+        piece = solve_ivp(
+            rates, (time, times[-1]), x, "Radau", t_eval=times[1 + done :], events=events, rtol=rtol, atol=atol, jac=slopes
+        )
+        if not piece.success:
+            raise RuntimeError(f"radau: gave up at t = {time:g} s: {piece.message}")
+        count = piece.y.shape[1]
+        states[done : done + count] = piece.y.T
+        done += count
+        if piece.status == 1:
+            hit = next(k for k in range(len(edges)) if piece.t_events[k].size)
+            time, x = float(piece.t_events[hit][0]), np.array(piece.y_events[hit][0])
+            x[2] = edges[hit] * rig.omega_s
+            zone = edges[hit] if zone == 0 else 0
+    return states
+
+
+def _edge(speed: float, direction: int):  # type: ignore[no-untyped-def]
+    """An event of `solve_ivp`: the bit speed crosses `speed` in `direction`, which ends the piece."""
+
+    def crossing(_t: float, x: FloatArray) -> float:
+        return float(x[2]) - speed
+
+    crossing.terminal, crossing.direction = True, direction  # type: ignore[attr-defined]
+    return crossing

@@ -1,0 +1,50 @@
+"""Run a compiled kernel over slices of a batch, on as many threads as there are cores.
+
+Kernels release the GIL and treat each rig by itself, so the slices change nothing in the result:
+the same machine code sees the same numbers, whatever the number of threads.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+
+from drillrig_env.parameters import refuse
+
+_RIGS_WORTH_A_THREAD = 64
+
+
+def available_threads() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def check_threads(threads: int | None) -> int:
+    """The number of threads to use: `threads`, or all cores where it is None. `ValueError` below 1."""
+    if threads is None:
+        return available_threads()
+    if threads < 1:
+        raise refuse("threads", "threads", threads, "", ">= 1")
+    return int(threads)
+
+
+def over_slices(kernel: Callable[[slice], object], rigs: int, threads: int) -> None:
+    """Call `kernel` for slices that cover the `rigs` of a batch, side by side where that pays."""
+    workers = min(threads, max(1, rigs // _RIGS_WORTH_A_THREAD))
+    if workers == 1:
+        kernel(slice(0, rigs))
+        return
+    edges = [rigs * i // workers for i in range(workers + 1)]
+    slices = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    others = [_pool(os.getpid()).submit(kernel, part) for part in slices[1:]]
+    kernel(slices[0])
+    for other in others:
+        other.result()
+
+
+@lru_cache(maxsize=1)
+def _pool(_process: int) -> ThreadPoolExecutor:
+    """One pool a process: a forked child must not wait for its parent's threads."""
+    return ThreadPoolExecutor(max_workers=available_threads(), thread_name_prefix="drillrig")
