@@ -18,7 +18,7 @@ def compiled(function: F) -> F:
 
     No fast-math flag is set: the same inputs give the same bits from whichever kernel a
     function is called. Numba renews a cached kernel only when the kernel's own file changes;
-    kernels here call each other across files, so the stamp covers every file that holds one.
+    kernels here call each other across files, so the stamp covers the whole package.
     """
     return _compile(function, inline="never")
 
@@ -31,15 +31,15 @@ def inlined(function: F) -> F:
 def _compile(function: F, inline: str) -> F:
     dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy", inline=inline)(function)
     cache_file = dispatcher._cache._cache_file
-    cache_file._source_stamp = (cache_file._source_stamp, _stamp_of_all_kernels())
+    cache_file._source_stamp = (cache_file._source_stamp, _stamp_of_package())
     return dispatcher  # type: ignore[no-any-return]
 
 
-def _stamp_of_all_kernels() -> tuple[tuple[str, int, int], ...]:
-    """Name, modification time and size of every file of the package that compiles something."""
+def _stamp_of_package() -> tuple[tuple[str, int, int], ...]:
+    """Name, modification time and size of every file of the package: kernels and the constants in them."""
     global _stamp
     if _stamp is None:
-        files = sorted(path for path in _PACKAGE.rglob("*.py") if "drillrig_env.compiled" in path.read_text("utf-8"))
+        files = sorted(_PACKAGE.rglob("*.py"))
         _stamp = tuple((path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files)
     return _stamp
 

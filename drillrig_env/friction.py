@@ -66,7 +66,9 @@ class Friction:
         `rigs` spreads single numbers over that many rigs; without it the fields' own length counts.
         """
         try:
-            values = np.broadcast_arrays(*(np.atleast_1d(v) for v in (self.normal_force, self.mu_s, self.mu_k, self.v_b)))
+            values = np.broadcast_arrays(
+                *(np.atleast_1d(v) for v in (self.normal_force, self.mu_s, self.mu_k, self.v_b))
+            )
             table = np.stack(values, axis=-1).astype(float)
             return table if rigs is None else np.ascontiguousarray(np.broadcast_to(table, (rigs, 4)))
         except ValueError as error:

@@ -42,6 +42,18 @@ SAMPLED_RUNGS = 4
 STATE = 8
 """The 7 states and a pad, so that a row fills whole vector registers."""
 
+
+def _radau_nodes(count: int) -> FloatArray:
+    """The right Radau nodes on (0, 1], the last one being 1: roots of P_n - P_(n-1)."""
+    roots = np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0]).real)
+    roots[-1] = 1.0
+    return np.asarray((roots + 1.0) / 2.0)
+
+
+RADAU_NODES = _radau_nodes(NODES)
+START_FROM_NODES = np.linalg.inv(np.vander(RADAU_NODES, increasing=True))[0]
+"""Weights that extrapolate the cubic through the node values to the start of the step."""
+
 RUNG = np.dtype(
     [
         ("node_from_state", "f8", (7, NODES)),
@@ -61,6 +73,8 @@ SAMPLING = np.dtype(
     ],
     align=True,
 )
+
+
 @dataclass(frozen=True, eq=False)
 class Ladder:
     """The tables of one rig for one period of held speed reference.
@@ -81,20 +95,19 @@ def ladder(rig: Rig, period: float) -> Ladder:
     """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD."""
     if not 0.0 < period <= LONGEST_PERIOD:
         raise ValueError(f"ladder: period = {period} s is not allowed; allowed: > 0 and <= {LONGEST_PERIOD} s")
-    nodes = _radau_nodes(NODES)
     rungs = np.zeros(RUNGS, dtype=RUNG)
     sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
     speed_row, torque_row = np.eye(7)[2], string_torque(rig, np.eye(7))
     for r in range(RUNGS):
         step = period / 2**r
-        from_state, from_torque = _variation_of_constants(rig, step, nodes, nodes)
+        from_state, from_torque = _variation_of_constants(rig, step, RADAU_NODES)
         rungs[r]["node_from_state"] = from_state[:, 2, :].T
         rungs[r]["node_from_torque"] = from_torque[:, 2, :]
         rungs[r]["state_from_state"][:, :7] = from_state[-1].T
         rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T
         if r < SAMPLED_RUNGS:
             count = SAMPLES >> r
-            from_state, from_torque = _variation_of_constants(rig, step, nodes, np.arange(1, count + 1) / count)
+            from_state, from_torque = _variation_of_constants(rig, step, np.arange(1, count + 1) / count)
             for name, row in (("speed", speed_row), ("torque", torque_row)):
                 sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
                 sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
@@ -107,25 +120,17 @@ def ladder(rig: Rig, period: float) -> Ladder:
     return Ladder(rig, period, rungs, sampling, shift)
 
 
-def _radau_nodes(count: int) -> FloatArray:
-    """The right Radau nodes on (0, 1], the last one being 1: roots of P_n - P_(n-1)."""
-    roots = np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0]).real)
-    roots[-1] = 1.0
-    return np.asarray((roots + 1.0) / 2.0)
-
-
-def _variation_of_constants(rig: Rig, step: float, nodes: FloatArray, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """State at the fractions `times` of a step, from the state at its start and T_r1 at the nodes.
 
-    Returns arrays of shape (times, 7, 7) and (times, 7, nodes). The integrals against the powers of
+    Returns arrays of shape (times, 7, 7) and (times, 7, NODES). The integrals against the powers of
     s / step come out of one augmented matrix exponential a time; the inverse Vandermonde matrix of
     the nodes turns them into integrals against the interpolating polynomial.
     """
-    order = len(nodes)
-    augmented = np.zeros((7 + order, 7 + order))
+    augmented = np.zeros((7 + NODES, 7 + NODES))
     augmented[:7, :7] = jacobian(rig) * step
     augmented[:7, 7] = friction_input(rig) * step
-    augmented[range(7, 6 + order), range(8, 7 + order)] = 1.0
+    augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
     exponentials = expm(augmented * times[:, None, None])
-    powers = exponentials[:, :7, 7:] * [factorial(k) for k in range(order)]
-    return exponentials[:, :7, :7], powers @ np.linalg.inv(np.vander(nodes, increasing=True))
+    powers = exponentials[:, :7, 7:] * [factorial(k) for k in range(NODES)]
+    return exponentials[:, :7, :7], powers @ np.linalg.inv(np.vander(RADAU_NODES, increasing=True))

@@ -69,7 +69,9 @@ def describe(instance: Any) -> str:
         for item in fields(instance)
     ]
     widths = [max(len(row[column]) for row in rows) for column in range(5)]
-    return "\n".join("  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows)
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )
 
 
 def write_section(instance: Any, path: str | Path, section: str) -> None:
@@ -78,7 +80,9 @@ def write_section(instance: Any, path: str | Path, section: str) -> None:
     for item in fields(instance):
         meta = item.metadata
         unit = f" [{meta['unit']}]" if meta["unit"] else ""
-        lines.append(f"{item.name} = {float(getattr(instance, item.name))!r}  # {meta['meaning']}{unit} ({meta['source']})")
+        lines.append(
+            f"{item.name} = {float(getattr(instance, item.name))!r}  # {meta['meaning']}{unit} ({meta['source']})"
+        )
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -124,7 +128,9 @@ def closest(name: str, known: Any) -> str:
 def _is_numeric(value: object) -> bool:
     if isinstance(value, bool | np.bool_):
         return False
-    return isinstance(value, int | float) or (isinstance(value, np.ndarray | np.number) and np.issubdtype(value.dtype, np.number))
+    return isinstance(value, int | float) or (
+        isinstance(value, np.ndarray | np.number) and np.issubdtype(value.dtype, np.number)
+    )
 
 
 def _expected(item: Field[Any]) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from drillrig_env.compiled import compiled, inlined
 from drillrig_env.friction import torque_in_zone, zone_of
-from drillrig_env.ladder import NODES, RUNGS, SAMPLED_RUNGS, SAMPLES, STATE, UNITS
+from drillrig_env.ladder import NODES, RUNGS, SAMPLED_RUNGS, SAMPLES, START_FROM_NODES, STATE, UNITS
 
 _SAMPLE_UNITS = UNITS // SAMPLES
 _NEWTON_LIMIT = 8
@@ -23,8 +23,9 @@ _NEWTON_TOLERANCE = 1e-5
 _CLEARLY_BEYOND = 0.02
 """An iterate this far (rad/s) beyond the kink means that the step crosses it."""
 
-_LARGEST_FRICTION_CHANGE = 0.6
-"""Largest v_b |change of x_3| over a step: keeps T_r1 close to a cubic."""
+_SLIP_DEFECT, _STICK_DEFECT = 1e-5, 1e-6
+"""Largest distance (N m) of T_r1 at the start of a step from the cubic through its node values, in
+slip and in stick. The start is no node, so the distance tells how well a cubic follows T_r1."""
 
 WORKSPACE = np.dtype(
     [
@@ -91,7 +92,7 @@ def _solve_nodes(y, speed_reference, static, kinetic, v_b, omega_s, table, work,
     for _ in range(_NEWTON_LIMIT):
         change = _newton_step(table, work)
         if zone == 0 or change < _NEWTON_TOLERANCE:
-            return last or _stays_in_zone(start, zone, v_b, omega_s, work)
+            return last or _is_accurate(start, torque, zone, omega_s, work)
         for j in range(NODES):
             if not last and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
                 return False
@@ -133,20 +134,20 @@ def _newton_step(table, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _stays_in_zone(start, zone, v_b, omega_s, work):  # type: ignore[no-untyped-def]
-    """Whether a solved step keeps to its piece of the law, and bends T_r1 little enough for a cubic."""
+def _is_accurate(start, torque, zone, omega_s, work):  # type: ignore[no-untyped-def]
+    """Whether a solved step keeps to its piece of the law, and a cubic follows T_r1 over it."""
     lowest = highest = start
+    defect = torque
     for j in range(NODES):
         lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
+        defect -= START_FROM_NODES[j] * work.torque[j]
     if zone == 0:
-        return lowest > -omega_s and highest < omega_s
-    if v_b * (highest - lowest) > _LARGEST_FRICTION_CHANGE:
-        return False
+        return abs(defect) <= _STICK_DEFECT and lowest > -omega_s and highest < omega_s
     nearest = lowest if zone == 1 else -highest
     if zone * (work.speed[0] - start) < 0.0:
         # Slowing down: the speed may dip between two nodes by a fraction of its range.
         nearest -= (highest - lowest) / 8.0
-    return nearest >= omega_s
+    return abs(defect) <= _SLIP_DEFECT and nearest >= omega_s
 
 
 @inlined

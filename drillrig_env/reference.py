@@ -91,13 +91,21 @@ def radau(
         edges = {0: (-1, 1), 1: (1,), -1: (-1,)}[zone]
         events = [_edge(side * rig.omega_s, direction=side if zone == 0 else -side) for side in edges]
         piece = solve_ivp(
-            rates, (time, times[-1]), x, "Radau", t_eval=times[1 + done :], events=events, rtol=rtol, atol=atol, jac=slopes
+            rates,
+            (time, times[-1]),
+            x,
+            "Radau",
+            t_eval=times[1 + done :],
+            events=events,
+            rtol=rtol,
+            atol=atol,
+            jac=slopes,
         )
         if not piece.success:
             raise RuntimeError(f"radau: gave up at t = {time:g} s: {piece.message}")
-        count = piece.y.shape[1]
-        states[done : done + count] = piece.y.T
-        done += count
+        sampled = np.reshape(piece.y, (7, -1)).T  # SciPy gives an empty list where an event came first
+        states[done : done + len(sampled)] = sampled
+        done += len(sampled)
         if piece.status == 1:
             hit = next(k for k in range(len(edges)) if piece.t_events[k].size)
             time, x = float(piece.t_events[hit][0]), np.array(piece.y_events[hit][0])

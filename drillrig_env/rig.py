@@ -51,7 +51,9 @@ class Rig:
     R: float = parameter(0.33, "ohm", "resistance of the armature", _IDENTIFIED, POSITIVE)
     K_T: float = parameter(0.126, "N m/A", "torque constant of the motor", _IDENTIFIED, POSITIVE)
     K_E: float = parameter(0.06785, "V s/rad", "voltage constant of the motor", _IDENTIFIED, NOT_NEGATIVE)
-    C_m: float = parameter(1.784e-4, "N m s/rad", "speed regulation (viscous loss) of the motor", _IDENTIFIED, NOT_NEGATIVE)
+    C_m: float = parameter(
+        1.784e-4, "N m s/rad", "speed regulation (viscous loss) of the motor", _IDENTIFIED, NOT_NEGATIVE
+    )
     T_f: float = parameter(0.1196, "N m", "internal friction torque of the motor", _IDENTIFIED, NOT_NEGATIVE)
     k_p: float = parameter(3.0, "V s/rad", "proportional gain of the speed loop", _IDENTIFIED, NOT_NEGATIVE)
     k_i: float = parameter(1.0, "V/rad", "integral gain of the speed loop", _IDENTIFIED, POSITIVE)
