@@ -22,6 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drillrig_env.friction import FloatArray, Friction, Quantity
+from drillrig_env.parameters import Allowed, refuse
 from drillrig_env.rig import Rig
 
 STATE_NAMES = (
@@ -112,6 +113,20 @@ def _equilibrium(rig: Rig, T_r1: FloatArray, omega: FloatArray) -> FloatArray:
     x[..., 5] = (rig.eta**2 * rig.C_m * omega + T_r1 + T_r2 + rig.eta * rig.T_f) / (rig.eta * rig.K_T)
     x[..., 6] = (rig.R * x[..., 5] + rig.eta * rig.K_E * omega) / rig.k_i
     return x
+
+
+def check_state(rig: Rig, state: FloatArray | Sequence[float] | None) -> FloatArray:
+    """A state as a new array of shape (7,), or several of shape (n, 7); None is the rig at rest.
+
+    Raises `ValueError` for another shape or a number that is not finite.
+    """
+    array = frictionless_state(rig, 0.0) if state is None else np.array(state, dtype=float)
+    if array.ndim not in (1, 2) or array.shape[-1] != 7:
+        raise refuse("initial_state", "shape", array.shape, "", f"(7,), or (n, 7): {', '.join(STATE_NAMES)}")
+    for name, unit, values in zip(STATE_NAMES, STATE_UNITS, np.moveaxis(array, -1, 0), strict=True):
+        if not np.all(np.isfinite(values)):
+            raise refuse("initial_state", name, values, unit, Allowed())
+    return array
 
 
 def minimum_speed(rig: Rig, friction: Friction) -> Quantity:

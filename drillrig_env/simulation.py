@@ -12,7 +12,7 @@ import numpy as np
 from drillrig_env.batch import advance_batch
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.ladder import LONGEST_PERIOD
-from drillrig_env.model import STATE_NAMES, frictionless_state, string_torque
+from drillrig_env.model import STATE_NAMES, check_state, string_torque
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig
@@ -144,7 +144,7 @@ def simulate(
         raise refuse("simulate", "sample_period", sample_period, "s", f"<= duration = {duration}")
     time = np.arange(count + 1) * sample_period
     state = np.empty((count + 1, 7))
-    state[0] = check_state(initial_state, rig)
+    state[0] = check_state(rig, initial_state)
 
     switches = sorted({t for t, _ in references + forces if t < time[-1] - _TIME_TOLERANCE})
     x = state[0]
@@ -187,24 +187,6 @@ def _fast(rig: Rig, friction: Friction, speed_reference: float, state: FloatArra
         states[first:last] = run[0]
         x = states[last - 1]
     return states
-
-
-def check_state(state: FloatArray | Sequence[float] | None, rig: Rig, rigs: int | None = None) -> FloatArray:
-    """A start as an array of shape (7,), or (rigs, 7); None is the rig at rest. `ValueError` where it is not one."""
-    shape = (7,) if rigs is None else (rigs, 7)
-    if state is None:
-        return np.array(np.broadcast_to(frictionless_state(rig, 0.0), shape))
-    array = np.array(state, dtype=float)
-    if rigs is not None and array.shape == (7,):
-        array = np.array(np.broadcast_to(array, shape))
-    if array.shape != shape:
-        raise ValueError(
-            f"initial_state: shape {array.shape} is not allowed; allowed: {shape}: {', '.join(STATE_NAMES)}"
-        )
-    if not np.all(np.isfinite(array)):
-        name = STATE_NAMES[int(np.argwhere(~np.isfinite(array))[0][-1])]
-        raise refuse("initial_state", name, array[~np.isfinite(array)][0], "", Allowed())
-    return array
 
 
 def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, float]]:

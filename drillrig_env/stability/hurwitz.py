@@ -50,18 +50,20 @@ def hurwitz_minors(rig: Rig, slope: float) -> FloatArray:
 
 
 def minor_polynomials(rig: Rig) -> list[Chebyshev]:
-    """Delta_1 to Delta_7 as polynomials in the friction slope (N m s/rad), each exact for its degree.
+    """Delta_1 to Delta_7 as polynomials in the friction slope (N m s/rad), as NumPy objects.
 
-    A polynomial of degree i is its interpolant at i + 1 points; each object evaluates, differentiates
-    and has `roots()`.
+    Delta_i has degree i at most, so its interpolant at i + 1 points is the polynomial itself. Each
+    object evaluates, differentiates and has `roots()`.
     """
     domain = (-_SLOPE_SCALE, _SLOPE_SCALE)
-    return [
-        Chebyshev.interpolate(
+    minors = []
+    for i in range(7):
+        minor = Chebyshev.interpolate(
             lambda slopes, i=i: np.array([hurwitz_minors(rig, slope)[i] for slope in slopes]), i + 1, domain
         )
-        for i in range(7)
-    ]
+        # The true degree may be lower (Delta_7 = a_7 Delta_6, and a_7 is constant): drop rounding noise.
+        minors.append(minor.trim(1e-12 * np.abs(minor.coef).max()))
+    return minors
 
 
 @lru_cache(maxsize=256)

@@ -1,0 +1,71 @@
+"""DrillRig: stick-slip of a drill string, simulated exactly, analysed, and met by controllers and agents.
+
+    import drillrig_env
+    run = drillrig_env.simulate(speed_reference=2.0, duration=60)       # a rig from rest into stick-slip
+    drillrig_env.stability.critical_speed(drillrig_env.Rig(), drillrig_env.Friction(20.0))
+
+    import gymnasium as gym
+    env = gym.make("DrillRig-v0")
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import gymnasium as gym
+
+from drillrig_env import stability
+from drillrig_env.batch import simulate_batch
+from drillrig_env.env.reward import Reward
+from drillrig_env.env.scenario import Scenario
+from drillrig_env.friction import Friction
+from drillrig_env.rig import Rig
+from drillrig_env.simulation import Simulation, simulate
+
+if TYPE_CHECKING:
+    from drillrig_env.env.sb3 import DrillRigVecEnv
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Friction",
+    "Reward",
+    "Rig",
+    "Scenario",
+    "Simulation",
+    "make_sb3",
+    "register_envs",
+    "simulate",
+    "simulate_batch",
+    "stability",
+]
+
+_ENVIRONMENTS = {"DrillRig-v0": {"sensors": "state"}}
+
+
+def register_envs() -> None:
+    """Register the environments with Gymnasium; calling it again changes nothing."""
+    for name, kwargs in _ENVIRONMENTS.items():
+        if name not in gym.registry:
+            gym.register(
+                name,
+                entry_point="drillrig_env.env.single:DrillRigEnv",
+                vector_entry_point="drillrig_env.env.vector:DrillRigVectorEnv",
+                kwargs=kwargs,
+            )
+
+
+def make_sb3(num_envs: int = 1, seed: int | None = None, **kwargs: Any) -> DrillRigVecEnv:
+    """A Stable-Baselines3 `VecEnv` of `num_envs` rigs of `DrillRig-v0`; `kwargs` as for the environment.
+
+    >>> from stable_baselines3 import PPO
+    >>> model = PPO("MlpPolicy", make_sb3(64, seed=0))
+
+    Needs the extra `agents`; without it, an `ImportError` that says what to install.
+    """
+    from drillrig_env.env.sb3 import DrillRigVecEnv
+
+    return DrillRigVecEnv(num_envs, seed=seed, **kwargs)
+
+
+register_envs()

@@ -1,0 +1,199 @@
+"""The batch core: reset some rigs, step all rigs. The three faces of the environment stand on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import exp
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, observe_rigs, settle_rigs, step_rigs
+from drillrig_env.env.reward import TERMS, Reward
+from drillrig_env.env.scenario import STARTS, UNIFORMS, Draws, Scenario, check_pins
+from drillrig_env.env.sensors import Sensors
+from drillrig_env.friction import FloatArray
+from drillrig_env.ladder import SAMPLES, ladder
+from drillrig_env.model import frictionless_state, steady_state
+from drillrig_env.parameters import POSITIVE, refuse
+from drillrig_env.rig import Rig
+from drillrig_env.stick_slip import WINDOW, is_mitigated
+from drillrig_env.threads import check_threads, over_slices
+
+Observations = npt.NDArray[np.float32]
+
+
+class RigBatch:
+    """`num_rigs` rigs in their episodes: the rules of `DrillRig-v0`, in one place.
+
+    `rigs` is an array of records (see `drillrig_env.env.kernel.RIG`) with the state of every rig and
+    what its last control step showed. Rigs share `rig`, and each has its own friction and generator.
+    """
+
+    def __init__(
+        self,
+        num_rigs: int = 1,
+        rig: Rig | None = None,
+        scenario: str | Scenario = "default",
+        sensors: str = "state",
+        reward: Reward | None = None,
+        slew_limit: float = 2.0,
+        duration: float = 60.0,
+        threads: int | None = None,
+    ) -> None:
+        if num_rigs < 1:
+            raise refuse("DrillRig", "number of rigs", num_rigs, "", ">= 1")
+        if not POSITIVE.holds(slew_limit):
+            raise refuse("DrillRig", "slew_limit", slew_limit, "rad/s^2", POSITIVE)
+        steps = round(duration / CONTROL_PERIOD)
+        if steps < 1 or abs(steps * CONTROL_PERIOD - duration) > 1e-6:
+            raise refuse("DrillRig", "duration", duration, "s", f"a multiple of {CONTROL_PERIOD}")
+        self.rig = rig or Rig()
+        self.scenario = Scenario.named(scenario)
+        self.sensors = Sensors.named(sensors)
+        self.reward = reward or Reward()
+        self.duration = duration
+        self.steps = steps
+        self.slew_limit = slew_limit
+        self.threads = check_threads(threads)
+        self.rigs = np.zeros(num_rigs, dtype=RIG)
+        self.rigs["step"] = steps  # no episode has begun
+        self.observations: Observations = np.zeros((num_rigs, len(self.sensors.channels)), dtype=np.float32)
+        self._tables = ladder(self.rig, CONTROL_PERIOD)
+        self._layout = self.sensors.layout
+        self._settings = np.zeros(1, dtype=SETTINGS)
+        self._settings[0] = (
+            self.rig.r_1,
+            self.rig.omega_s,
+            slew_limit * CONTROL_PERIOD,
+            1.0 - exp(-CONTROL_PERIOD / SAMPLES / self.reward.time_constant),
+            self.reward.variance,
+            self.reward.tracking,
+            self.reward.action,
+            self.reward.tracking_shape == "absolute",
+            steps,
+            self.window_start,
+        )
+
+    def __len__(self) -> int:
+        return len(self.rigs)
+
+    @property
+    def window_start(self) -> int:
+        """The control step with which the window of the final verdict begins."""
+        return max(0, self.steps - round(WINDOW / CONTROL_PERIOD))
+
+    @property
+    def ended(self) -> npt.NDArray[np.bool_]:
+        """Which episodes are over (or never began); shape (n,)."""
+        return np.asarray(self.rigs["step"] >= self.steps)
+
+    @property
+    def mitigated(self) -> npt.NDArray[np.bool_]:
+        """The verdict on the window so far: at the end of an episode, whether it was mitigated; shape (n,)."""
+        done = np.maximum(self.rigs["step"] - self.window_start, 1)
+        mean = self.rigs["window_sum"] / done
+        verdict = is_mitigated(self.rigs["window_lowest"], self.rigs["window_highest"], mean, self.rigs["speed_target"])
+        return np.asarray(verdict)
+
+    def reset(
+        self,
+        indices: npt.NDArray[np.intp],
+        generators: Sequence[np.random.Generator],
+        options: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Begin a new episode in the rigs at `indices`; `generators` has one entry a rig of the batch.
+
+        `options` pins what would be drawn, as numbers or with one entry for each of `indices`.
+        Like `step` it leaves earlier `observations` as they were.
+        """
+        pins = check_pins(options, len(indices), self.duration)
+        uniforms = np.stack([generators[i].random(UNIFORMS) for i in indices])
+        fresh = self._begin(self.scenario.draw(uniforms, self.duration, pins))
+        self.rigs[indices] = fresh
+        seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
+        observe_rigs(fresh, self._layout, seen)
+        self.observations = self.observations.copy()
+        self.observations[indices] = seen
+
+    def step(self, actions: npt.NDArray[np.float32]) -> None:
+        """Step every rig whose episode is not over; `actions` of shape (n, 1), finite, clipped to +-1.
+
+        `observations` is a new array after each step, so that earlier ones keep their values.
+        """
+        observations = np.empty_like(self.observations)
+        if self.threads == 1 or len(self.rigs) == 1:
+            self._step(self.rigs, actions, observations)
+        else:
+            over_slices(
+                lambda part: self._step(self.rigs[part], actions[part], observations[part]), len(self.rigs), self.threads
+            )
+        self.observations = observations
+
+    def _step(self, rigs: np.ndarray, actions: npt.NDArray[np.float32], observations: Observations) -> None:
+        tables = self._tables
+        step_rigs(rigs, actions, self._settings, tables.rungs, tables.sampling, tables.shift, self._layout, observations)
+
+    def info(self) -> dict[str, Any]:
+        """What every step reports, by name, one entry a rig; `reward_terms` is a dictionary of its own."""
+        rigs = self.rigs
+        return {
+            "bit_speed": rigs["state"][:, 2].copy(),
+            "top_speed": rigs["state"][:, 4].copy(),
+            "speed_reference": rigs["speed_reference"].copy(),
+            "speed_target": rigs["speed_target"].copy(),
+            "normal_force": rigs["normal_force"].copy(),
+            "mu_s": rigs["mu_s"].copy(),
+            "mu_k": rigs["mu_k"].copy(),
+            "v_b": rigs["v_b"].copy(),
+            "torque_into_string": rigs["string_torque"].copy(),
+            "reward_terms": {name: rigs["terms"][:, i].copy() for i, name in enumerate(TERMS)},
+        }
+
+    def starts(self, indices: npt.NDArray[np.intp]) -> list[str]:
+        """How the episodes of some rigs began: stick_slip only where their parameters have it."""
+        return [STARTS[i] for i in self.rigs["start"][indices]]
+
+    def _begin(self, draws: Draws) -> np.ndarray:
+        """The records of n new episodes at their first moment."""
+        friction, target = draws.friction, draws.speed_target
+        contact = friction.as_array(len(target))
+        fresh = np.zeros(len(target), dtype=RIG)
+        for column, name in enumerate(("normal_force", "mu_s", "mu_k", "v_b")):
+            fresh[name] = contact[:, column]
+        fresh["speed_target"] = fresh["speed_reference"] = fresh["mean"] = target
+        fresh["load_times"], fresh["load_forces"] = draws.load_times, draws.load_forces
+        fresh["start"] = draws.start
+        fresh["state"][:, :7] = steady_state(self.rig, friction, target)
+        rest = draws.start == STARTS.index("rest")
+        fresh["state"][rest, :7] = frictionless_state(self.rig, 0.0)
+        fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
+        self._settle(fresh, np.flatnonzero(draws.start == STARTS.index("stick_slip")), draws.phase)
+        return fresh
+
+    def _settle(self, fresh: np.ndarray, indices: npt.NDArray[np.intp], phase: FloatArray) -> None:
+        """Put the rigs at `indices`, now in steady rotation, onto their stick-slip cycle where they have one."""
+        if len(indices) == 0:
+            return
+        cycling = fresh[indices]
+        cycling["state"][:, :7] = self._wound_up(cycling)
+        phases = phase[indices]
+
+        def settle(part: slice) -> None:
+            tables = self._tables
+            settle_rigs(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
+
+        over_slices(settle, len(indices), self.threads)
+        found = cycling["start"] == STARTS.index("stick_slip")
+        fresh[indices[found]] = cycling[found]
+        fresh["start"][indices[~found]] = STARTS.index("steady")
+
+    def _wound_up(self, rigs: np.ndarray) -> FloatArray:
+        """The states of stuck rigs at the moment of break-loose: discs still, shafts twisted by N_1 r_1 mu_s."""
+        states = np.array(rigs["state"][:, :7])
+        torque = rigs["normal_force"] * self.rig.r_1 * rigs["mu_s"]
+        states[:, 0] = -torque / self.rig.k_1
+        states[:, 1] = -(torque + self.rig.T_r2) / self.rig.k_2
+        states[:, 2] = states[:, 3] = 0.0
+        return states

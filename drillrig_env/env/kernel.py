@@ -1,0 +1,203 @@
+"""One control step and one start of a rig, in compiled code: physics, statistics, reward, observation.
+
+A batch is an array of records, one a rig, and every kernel treats its rigs one by one. This is all
+that there is to a step; the single, the vector and the SB3 environment call it alike.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from drillrig_env.compiled import compiled, inlined
+from drillrig_env.env.reward import reward_terms, update_statistics
+from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS
+from drillrig_env.env.sensors import CHANNELS, LIMIT
+from drillrig_env.ladder import SAMPLES, STATE
+from drillrig_env.propagator import WORKSPACE, advance
+from drillrig_env.stick_slip import STUCK_SPEED
+
+CONTROL_PERIOD = 0.1
+"""Length of a control step, over which the speed reference is held constant, s."""
+
+_CHANNELS = len(CHANNELS)
+
+RIG = np.dtype(
+    [
+        ("state", "f8", STATE),  # the 7 states, and a pad
+        ("speed_reference", "f8"),
+        ("speed_target", "f8"),
+        ("normal_force", "f8"),
+        ("mu_s", "f8"),
+        ("mu_k", "f8"),
+        ("v_b", "f8"),
+        ("mean", "f8"),  # running mean and variance of the bit speed
+        ("variance", "f8"),
+        ("load_times", "f8", MOST_LOAD_STEPS),  # s; infinite where there is none
+        ("load_forces", "f8", MOST_LOAD_STEPS),  # N
+        ("next_load", "i8"),
+        ("step", "i8"),  # control steps done in this episode
+        ("reward", "f8"),
+        ("terms", "f8", 3),
+        ("lowest", "f8"),  # of the bit speed within the last control step
+        ("highest", "f8"),
+        ("average", "f8"),
+        ("stuck", "f8"),  # share of the last control step
+        ("string_torque", "f8"),  # at the end of the last control step, N m
+        ("highest_torque", "f8"),  # within it
+        ("window_lowest", "f8"),  # of the bit speed within the episode's last seconds
+        ("window_highest", "f8"),
+        ("window_sum", "f8"),  # of `average`
+        ("start", "i8"),  # index into STARTS, as it came out
+    ],
+    align=True,
+)
+SETTINGS = np.dtype(
+    [
+        ("r_1", "f8"),
+        ("omega_s", "f8"),
+        ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
+        ("gain", "f8"),  # of the running statistics, a sample
+        ("variance_weight", "f8"),
+        ("tracking_weight", "f8"),
+        ("action_weight", "f8"),
+        ("absolute", "b1"),  # shape of the tracking term
+        ("steps", "i8"),  # of an episode
+        ("window_start", "i8"),  # step with which the last window begins
+    ],
+    align=True,
+)
+
+
+@compiled
+def step_rigs(rigs, actions, settings, rungs, sampling, shift, layout, observations):  # type: ignore[no-untyped-def]
+    """Step every rig whose episode is not over by one control step, in place.
+
+    `rigs` is an array of RIG, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
+    length 1, `layout` the sensors' and `observations` of shape (n, channels) is filled for all rigs.
+    """
+    work = np.zeros(1, dtype=WORKSPACE)[0]
+    values = np.empty(_CHANNELS)
+    s = settings[0]
+    for n in range(rigs.shape[0]):
+        rig = rigs[n]
+        if rig.step < s.steps:
+            _step(rig, actions[n, 0], s, rungs, sampling, shift, work)
+        _observe(rig, layout, values, observations[n])
+
+
+@compiled
+def observe_rigs(rigs, layout, observations):  # type: ignore[no-untyped-def]
+    """Fill the observations, shape (n, channels), of all rigs."""
+    values = np.empty(_CHANNELS)
+    for n in range(rigs.shape[0]):
+        _observe(rigs[n], layout, values, observations[n])
+
+
+@inlined
+def _step(rig, action, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
+    action = min(max(float(action), -1.0), 1.0)
+    rig.speed_reference = min(max(rig.speed_reference + action * s.slew, 0.0), LARGEST_REFERENCE)
+    now = rig.step * CONTROL_PERIOD
+    while rig.next_load < MOST_LOAD_STEPS and rig.load_times[rig.next_load] <= now + 1e-9:
+        rig.normal_force = rig.load_forces[rig.next_load]
+        rig.next_load += 1
+    _hold(rig, s, rungs, sampling, shift, work)
+    variance, tracking, effort = reward_terms(
+        rig.mean,
+        rig.variance,
+        rig.speed_target,
+        action,
+        s.variance_weight,
+        s.tracking_weight,
+        s.action_weight,
+        s.absolute,
+    )
+    rig.terms[0], rig.terms[1], rig.terms[2] = variance, tracking, effort
+    rig.reward = variance + tracking + effort
+    if rig.step == s.window_start:
+        rig.window_lowest, rig.window_highest, rig.window_sum = rig.lowest, rig.highest, 0.0
+    rig.window_lowest = min(rig.window_lowest, rig.lowest)
+    rig.window_highest = max(rig.window_highest, rig.highest)
+    rig.window_sum += rig.average
+    rig.step += 1
+
+
+@compiled
+def _hold(rig, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
+    """One control period of physics at the rig's speed reference, and what its samples tell."""
+    static, kinetic = rig.normal_force * s.r_1 * rig.mu_s, rig.normal_force * s.r_1 * rig.mu_k
+    reference = rig.speed_reference
+    y = rig.state
+    for i in range(7):
+        y[i] -= shift[0, i] + shift[1, i] * reference
+    advance(y, reference, static, kinetic, rig.v_b, s.omega_s, rungs, sampling, work, True)
+    for i in range(7):
+        y[i] += shift[0, i] + shift[1, i] * reference
+    lowest = highest = work.speed_samples[0]
+    highest_torque = work.torque_samples[0]
+    mean, variance, total, stuck = rig.mean, rig.variance, 0.0, 0
+    for k in range(SAMPLES):
+        speed = work.speed_samples[k]
+        lowest, highest = min(lowest, speed), max(highest, speed)
+        highest_torque = max(highest_torque, work.torque_samples[k])
+        total += speed
+        stuck += speed < STUCK_SPEED
+        mean, variance = update_statistics(mean, variance, speed, s.gain)
+    rig.mean, rig.variance = mean, variance
+    rig.lowest, rig.highest, rig.average = lowest, highest, total / SAMPLES
+    rig.stuck = stuck / SAMPLES
+    rig.string_torque, rig.highest_torque = work.torque_samples[SAMPLES - 1], highest_torque
+
+
+@inlined
+def _observe(rig, layout, values, observation):  # type: ignore[no-untyped-def]
+    """Scale the channels of `layout` into one observation; `values` follows the order of CHANNELS."""
+    for i in range(7):
+        values[i] = rig.state[i]
+    values[7], values[8] = rig.speed_reference, rig.speed_target
+    values[9], values[10] = rig.mean, sqrt(rig.variance)
+    for i in range(layout.shape[0]):
+        scaled = (values[int(layout[i, 0])] - layout[i, 1]) / layout[i, 2]
+        observation[i] = min(max(scaled, -LIMIT), LIMIT)
+
+
+_SETTLING_STEPS = 120
+_LONGEST_SETTLING = 600
+_DEVIATION_OF_CALM = 0.02
+
+
+@compiled
+def settle_rigs(rigs, phases, settings, rungs, sampling, shift):  # type: ignore[no-untyped-def]
+    """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
+
+    A rig is run for 12 s or more at its speed reference. Where it then still sticks and slips, it is
+    run on by `phase` times the last period, to the nearest control step below. Where its
+    oscillation dies instead, there is no stick-slip with these parameters: `start` becomes 1.
+    """
+    work = np.zeros(1, dtype=WORKSPACE)[0]
+    for n in range(rigs.shape[0]):
+        rig = rigs[n]
+        period = _settle(rig, settings[0], rungs, sampling, shift, work)
+        rig.start = 0 if period > 0 else 1
+        for _ in range(int(phases[n] * period)):
+            _hold(rig, settings[0], rungs, sampling, shift, work)
+
+
+@inlined
+def _settle(rig, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
+    """Run a rig until it cycles or calms down; the period in control steps, 0 where it calmed down."""
+    was_stuck, last_release, period = True, 0, 0
+    for step in range(_LONGEST_SETTLING):
+        _hold(rig, s, rungs, sampling, shift, work)
+        is_stuck = rig.stuck > 0.0
+        if was_stuck and not is_stuck:
+            period, last_release = step - last_release, step
+        was_stuck = is_stuck
+        if step >= _SETTLING_STEPS:
+            if period > 0 and step - last_release <= period and step > 2 * period:
+                return period
+            if sqrt(rig.variance) < _DEVIATION_OF_CALM * rig.speed_reference:
+                return 0
+    return 0

@@ -1,0 +1,190 @@
+"""What an episode draws: target, friction, start and load; and how `reset(options=...)` pins any of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, refuse
+
+Start: TypeAlias = Literal["stick_slip", "steady", "rest"]
+STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest")
+LARGEST_REFERENCE = 10.0
+"""Upper end of the speed reference, rad/s."""
+
+MOST_LOAD_STEPS = 8
+UNIFORMS = 10
+"""Uniform numbers on [0, 1) that one episode takes from its generator, whatever it uses of them."""
+
+_TARGETS = Allowed(low=0.0, high=LARGEST_REFERENCE, low_open=True)
+_SHARES = Allowed(low=0.0, high=1.0)
+_PINS: dict[str, tuple[str, Allowed]] = {
+    "normal_force": ("N", NOT_NEGATIVE),
+    "mu_s": ("", NOT_NEGATIVE),
+    "mu_k": ("", NOT_NEGATIVE),
+    "v_b": ("s/rad", POSITIVE),
+    "speed_target": ("rad/s", _TARGETS),
+}
+PINS = (*_PINS, "start", "load_steps")
+"""The keys that `reset(options=...)` understands."""
+
+_LEAST_MU_RATIO = 1.05
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """The distribution of episodes. Every range is drawn uniformly; `Scenario.named` has the presets.
+
+    The friction coefficients are those of `friction`, each times a factor of its own drawn within
+    1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load step sets N_1 to a new draw at a uniform time.
+    Raises `ValueError` for an empty or impossible range or share.
+    """
+
+    speed_target: tuple[float, float] = (1.0, 5.0)  # rad/s, drawn
+    normal_force: tuple[float, float] = (5.0, 30.0)  # N, drawn
+    spread: float = 0.2  # of mu_s, mu_k and v_b, drawn
+    stick_slip: float = 0.7  # share of episodes that start in developed stick-slip
+    steady: float = 0.2  # share that starts in steady rotation; the rest starts at rest
+    load_step: float = 0.5  # share with one load step, drawn
+    friction: Friction = field(default_factory=Friction)  # nominal coefficients
+
+    def __post_init__(self) -> None:
+        for name, unit, allowed in (("speed_target", "rad/s", _TARGETS), ("normal_force", "N", NOT_NEGATIVE)):
+            low, high = getattr(self, name)
+            if not (allowed.holds(np.array([low, high])) and low <= high):
+                raise refuse("Scenario", name, (low, high), unit, f"(low, high) with low <= high, each {allowed}")
+        for name, allowed in (("spread", Allowed(0.0, 1.0, high_open=True)), ("load_step", _SHARES), ("steady", _SHARES)):
+            if not allowed.holds(getattr(self, name)):
+                raise refuse("Scenario", name, getattr(self, name), "", allowed)
+        if not _SHARES.holds(self.stick_slip) or self.stick_slip + self.steady > 1.0 + 1e-12:
+            raise refuse("Scenario", "stick_slip", self.stick_slip, "", "0 to 1, and with `steady` at most 1")
+
+    @classmethod
+    def named(cls, scenario: str | Scenario) -> Scenario:
+        """A preset by name ("nominal", "default", "wide"), or the scenario itself."""
+        if isinstance(scenario, Scenario):
+            return scenario
+        if scenario not in PRESETS:
+            raise ValueError(f"scenario = {scenario!r} is not known; {closest(scenario, PRESETS)}, or a Scenario(...)")
+        return PRESETS[scenario]
+
+    def draw(self, uniforms: FloatArray, duration: float, pins: Mapping[str, Any]) -> Draws:
+        """Turn uniform numbers of shape (n, UNIFORMS) into n episodes of `duration` s, pinned as told.
+
+        `pins` are checked options, as from `check_pins`.
+        """
+        u = uniforms.T
+        n = len(uniforms)
+        table = self.friction.as_array(1)[0]
+        factors = 1.0 + self.spread * (2.0 * u[2:5] - 1.0)
+        drawn = {
+            "speed_target": _between(self.speed_target, u[0]),
+            "normal_force": _between(self.normal_force, u[1]),
+            "mu_s": table[1] * factors[0],
+            "mu_k": table[2] * factors[1],
+            "v_b": table[3] * factors[2],
+        }
+        for name in drawn:
+            if name in pins:
+                drawn[name] = np.broadcast_to(pins[name], n).copy()
+        if "mu_s" in pins and "mu_k" not in pins:
+            drawn["mu_k"] = np.minimum(drawn["mu_k"], drawn["mu_s"] / _LEAST_MU_RATIO)
+        elif "mu_s" not in pins:
+            drawn["mu_s"] = np.maximum(drawn["mu_s"], drawn["mu_k"] * _LEAST_MU_RATIO)
+        start = np.where(u[5] < self.stick_slip, 0, np.where(u[5] < self.stick_slip + self.steady, 1, 2))
+        if "start" in pins:
+            start = np.broadcast_to(pins["start"], n).copy()
+        times = np.full((n, MOST_LOAD_STEPS), np.inf)
+        forces = np.zeros((n, MOST_LOAD_STEPS))
+        if "load_steps" in pins:
+            for i, (time, force) in enumerate(pins["load_steps"]):
+                times[:, i], forces[:, i] = time, force
+        else:
+            times[:, 0] = np.where(u[7] < self.load_step, u[8] * duration, np.inf)
+            forces[:, 0] = _between(self.normal_force, u[9])
+        target = drawn.pop("speed_target")
+        return Draws(target, Friction(**drawn), start, phase=u[6], load_times=times, load_forces=forces)
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """n drawn episodes: arrays with one entry an episode."""
+
+    speed_target: FloatArray  # rad/s
+    friction: Friction
+    start: np.ndarray  # index into STARTS
+    phase: FloatArray  # of the stick-slip cycle at the start, 0 to 1
+    load_times: FloatArray  # (n, MOST_LOAD_STEPS), s; infinite where there is none
+    load_forces: FloatArray  # (n, MOST_LOAD_STEPS), N
+
+
+PRESETS: dict[str, Scenario] = {
+    "nominal": Scenario(normal_force=(10.0, 10.0), spread=0.0, load_step=0.0),
+    "default": Scenario(),
+    "wide": Scenario(normal_force=(2.0, 40.0), spread=0.4),
+}
+
+
+def check_pins(options: Mapping[str, Any] | None, rigs: int, duration: float) -> dict[str, Any]:
+    """The options of a reset, checked: numbers (or one entry a rig), a start, a list of load steps.
+
+    Raises `ValueError` for an unknown key or an impossible value; it names the key, the value, its
+    unit and what is allowed.
+    """
+    pins: dict[str, Any] = {}
+    for key, value in (options or {}).items():
+        if key not in PINS:
+            raise ValueError(f"reset options: unknown key {key!r}; {closest(key, PINS)}")
+        if key == "start":
+            pins[key] = _check_start(value, rigs)
+        elif key == "load_steps":
+            pins[key] = _check_load_steps(value, duration)
+        else:
+            pins[key] = _check_number(key, value, rigs)
+    if "mu_s" in pins and "mu_k" in pins and np.any(pins["mu_s"] < pins["mu_k"]):
+        raise refuse("reset options", "mu_s", pins["mu_s"], "", f">= mu_k = {pins['mu_k']}")
+    return pins
+
+
+def _check_number(key: str, value: Any, rigs: int) -> FloatArray:
+    unit, allowed = _PINS[key]
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise refuse("reset options", key, repr(value), unit, f"a number {allowed}") from error
+    if not allowed.holds(array):
+        raise refuse("reset options", key, value, unit, allowed)
+    if array.shape not in ((), (rigs,)):
+        raise refuse("reset options", f"shape of {key}", array.shape, "", f"one number, or ({rigs},)")
+    return array
+
+
+def _check_start(value: Any, rigs: int) -> np.ndarray:
+    names = np.asarray(value)
+    if names.shape not in ((), (rigs,)) or not all(name in STARTS for name in np.atleast_1d(names)):
+        raise refuse("reset options", "start", repr(value), "", f"{', '.join(STARTS)}; one, or one a rig")
+    return np.array([STARTS.index(name) for name in np.atleast_1d(names)]).reshape(names.shape)
+
+
+def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
+    try:
+        steps = [(float(time), float(force)) for time, force in value]
+    except (TypeError, ValueError) as error:
+        raise refuse("reset options", "load_steps", repr(value), "", "a list of (time in s, N_1 in N)") from error
+    times = [time for time, _ in steps]
+    if len(steps) > MOST_LOAD_STEPS:
+        raise refuse("reset options", "number of load_steps", len(steps), "", f"<= {MOST_LOAD_STEPS}")
+    if any(not 0.0 <= time <= duration for time in times) or times != sorted(times):
+        raise refuse("reset options", "times of load_steps", times, "s", f"ascending, 0 to {duration:g}")
+    for _, force in steps:
+        if not NOT_NEGATIVE.holds(force):
+            raise refuse("reset options", "load_steps", force, "N", NOT_NEGATIVE)
+    return steps
+
+
+def _between(bounds: tuple[float, float], uniform: FloatArray) -> FloatArray:
+    return bounds[0] + (bounds[1] - bounds[0]) * uniform

@@ -1,0 +1,185 @@
+"""`DrillRig-v0` as a plain Gymnasium environment: the batch core with one rig."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from gymnasium import spaces
+from gymnasium.error import ResetNeeded
+
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.reward import Reward
+from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.sensors import LIMIT
+from drillrig_env.rig import Rig
+
+_ACTION_SHAPE = (1,)
+
+
+class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
+    """
+    ## Description
+    A drill string winds up like a spring: the bit sticks, breaks loose, races at twice its speed and
+    sticks again. The environment is a laboratory rig that shows this stick-slip vibration: two discs
+    on a thin shaft, a DC motor with a PI speed loop, and a brake pin whose dry friction stands for the
+    rock. The physics is a validated 7-state model, solved exactly (error below 1e-6 rad/s over 20 s).
+    The goal is to bring the bit to calm rotation at the operator's target speed by moving the drive's
+    speed reference. The policy is told the target, never the normal force or the friction.
+
+    One step is 0.1 s, an episode 60 s.
+
+    ## Action Space
+    `Box(-1, 1, (1,), float32)`: the rate of change of the speed reference, as a fraction of the slew
+    limit. Values beyond +-1 are clipped; NaN and other shapes are refused with a `ValueError`.
+
+    | Num | Action | Min | Max | Unit |
+    |---|---|---|---|---|
+    | 0 | rate of the speed reference | -1 | 1 | slew limit, 2 rad/s^2 |
+
+    The speed reference stays within 0 and 10 rad/s and is held constant over a step.
+
+    ## Observation Space
+    `Box(-10, 10, (11,), float32)` for `sensors="state"`. Each channel is (value - offset) / scale,
+    clipped to +-10; `env.unwrapped.sensors.value(observation, name)` gives the physical value back.
+
+    | Num | Channel | Unit | Offset | Scale |
+    |---|---|---|---|---|
+    | 0 | `twist_12`, shaft twist between disc 1 (bit) and disc 2 (collars) | rad | -0.3 | 0.3 |
+    | 1 | `twist_23`, shaft twist between disc 2 and the motor's output | rad | -1 | 1 |
+    | 2 | `bit_speed`, speed of disc 1 | rad/s | 3 | 3 |
+    | 3 | `collar_speed`, speed of disc 2 | rad/s | 3 | 3 |
+    | 4 | `top_speed`, speed of the motor's output | rad/s | 3 | 3 |
+    | 5 | `current`, of the armature | A | 1.3 | 0.5 |
+    | 6 | `speed_error_integral`, of speed reference less top speed | rad | 2.1 | 1 |
+    | 7 | `speed_reference` | rad/s | 3 | 3 |
+    | 8 | `speed_target`, what the operator wants | rad/s | 3 | 2 |
+    | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | 3 | 3 |
+    | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1 | 1 |
+
+    ## Rewards
+    With m and V the exponentially weighted mean and variance of the bit speed (time constant 2.5 s,
+    updated 16 times within a step), w* the target and a the action,
+
+        reward = - V / w*^2 - ((m - w*) / w*)^2 - 0.01 a^2.
+
+    Calm rotation at the target scores 0, doing nothing in stick-slip about -0.6 a step. Weights, time
+    constant and the shape of the second term are fields of `Reward`.
+
+    ## Starting State
+    Drawn from the scenario, by default: the target from 1 to 5 rad/s; the normal force N_1 from 5 to
+    30 N; mu_s, mu_k and v_b within 20 % of the chapter's values; the start in developed stick-slip
+    where these parameters have it (70 %), in steady rotation (20 %) or at rest (10 %). In half of the
+    episodes N_1 steps to a new draw at a uniform time (at the first control step from then on).
+    Everything comes from the environment's own generator: a seed fixes an episode bit for bit.
+
+    `reset(options={...})` pins any of `normal_force` (N), `mu_s`, `mu_k`, `v_b` (s/rad),
+    `speed_target` (rad/s), `start` ("stick_slip", "steady", "rest") and `load_steps`, a list of
+    (time in s, N_1 in N).
+
+    ## Episode End
+    Never terminated; truncated after 60 s. Another `step` needs a `reset` first.
+
+    ## Info
+    Every step: `bit_speed`, `top_speed`, `speed_reference`, `speed_target` (rad/s), `normal_force`
+    (N), `torque_into_string` (N m), `mu_s`, `mu_k`, `v_b`, and `reward_terms`, a dictionary of the terms
+    `variance`, `tracking`, `action`. The last step adds `is_success`: whether the last 10 s were calm
+    (max - min of the bit speed below 0.2 of its mean) with a mean within 5 % of the target. A reset
+    also reports `start`, how the episode really began.
+
+    ## Arguments
+    | Name | Default | Meaning |
+    |---|---|---|
+    | `rig` | `Rig()` | the rig; default the chapter's |
+    | `scenario` | `"default"` | `"nominal"` (the chapter's friction at 10 N), `"default"`, `"wide"`, or a `Scenario` |
+    | `sensors` | `"state"` | the channels that the policy sees |
+    | `reward` | `Reward()` | weights and shape of the reward |
+    | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
+    | `duration` | `60.0` | length of an episode, s |
+
+    `gym.make_vec("DrillRig-v0", num_envs=N)` steps N rigs in one compiled call.
+
+    ## Version History
+    * v0: initial version
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # type: ignore[misc]
+
+    def __init__(
+        self,
+        rig: Rig | None = None,
+        scenario: str | Scenario = "default",
+        sensors: str = "state",
+        reward: Reward | None = None,
+        slew_limit: float = 2.0,
+        duration: float = 60.0,
+        render_mode: str | None = None,
+    ) -> None:
+        if render_mode is not None:
+            raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")
+        self.core = RigBatch(1, rig, scenario, sensors, reward, slew_limit, duration, threads=1)
+        self.sensors = self.core.sensors
+        self.render_mode = render_mode
+        self.action_space = spaces.Box(-1.0, 1.0, _ACTION_SHAPE, np.float32)
+        self.observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
+        self._steps = self.core.steps
+        self._action = np.zeros((1, 1), dtype=np.float32)
+        record = self.core.rigs[0]
+        self._reward, self._done, self._terms = (_view(record, name) for name in ("reward", "step", "terms"))
+        self._state = record["state"]
+        self._reported = [_view(record, name) for name in _REPORTED]
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode; `options` pins what would be drawn (see the class)."""
+        super().reset(seed=seed)
+        only = np.zeros(1, dtype=np.intp)
+        self.core.reset(only, [self.np_random], options)
+        return self.core.observations[0], {**self._info(), "start": self.core.starts(only)[0]}
+
+    def step(
+        self, action: npt.NDArray[np.float32]
+    ) -> tuple[npt.NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Move the speed reference for 0.1 s; `action` of shape (1,)."""
+        rate = np.asarray(action)
+        if rate.shape != _ACTION_SHAPE:
+            raise ValueError(f"action of shape {rate.shape} is not allowed; allowed: shape {_ACTION_SHAPE}, -1 to 1")
+        self._action[0, 0] = value = rate.item()
+        if value != value:
+            raise ValueError(f"action = {rate} is not allowed; allowed: a number from -1 to 1")
+        if self._done.item() >= self._steps:
+            raise ResetNeeded(f"the episode of {self._steps} steps is over, or none has begun; call reset() first")
+        self.core.step(self._action)
+        info = self._info()
+        truncated = self._done.item() >= self._steps
+        if truncated:
+            info["is_success"] = bool(self.core.mitigated[0])
+        return self.core.observations[0], self._reward.item(), False, truncated, info
+
+    def _info(self) -> dict[str, Any]:
+        reference, target, normal_force, mu_s, mu_k, v_b, torque = [value.item() for value in self._reported]
+        variance, tracking, effort = self._terms.tolist()
+        return {
+            "bit_speed": self._state.item(2),
+            "top_speed": self._state.item(4),
+            "speed_reference": reference,
+            "speed_target": target,
+            "normal_force": normal_force,
+            "mu_s": mu_s,
+            "mu_k": mu_k,
+            "v_b": v_b,
+            "torque_into_string": torque,
+            "reward_terms": {"variance": variance, "tracking": tracking, "action": effort},
+        }
+
+
+_REPORTED = ("speed_reference", "speed_target", "normal_force", "mu_s", "mu_k", "v_b", "string_torque")
+
+
+def _view(record: np.void, name: str) -> np.ndarray:
+    """A view of one field of a rig's record, which follows the record as it changes."""
+    dtype, offset = record.dtype.fields[name][:2]  # type: ignore[index]
+    return np.ndarray(dtype.shape, dtype.base, buffer=record.data, offset=offset)
