@@ -1,0 +1,1 @@
+"""Learning agents: PPO and SAC from Stable-Baselines3 on the project's own vector environment."""

@@ -127,13 +127,17 @@ class RigBatch:
             self._step(self.rigs, actions, observations)
         else:
             over_slices(
-                lambda part: self._step(self.rigs[part], actions[part], observations[part]), len(self.rigs), self.threads
+                lambda part: self._step(self.rigs[part], actions[part], observations[part]),
+                len(self.rigs),
+                self.threads,
             )
         self.observations = observations
 
     def _step(self, rigs: np.ndarray, actions: npt.NDArray[np.float32], observations: Observations) -> None:
         tables = self._tables
-        step_rigs(rigs, actions, self._settings, tables.rungs, tables.sampling, tables.shift, self._layout, observations)
+        step_rigs(
+            rigs, actions, self._settings, tables.rungs, tables.sampling, tables.shift, self._layout, observations
+        )
 
     def info(self) -> dict[str, Any]:
         """What every step reports, by name, one entry a rig; `reward_terms` is a dictionary of its own."""

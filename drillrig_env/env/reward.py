@@ -55,4 +55,8 @@ def reward_terms(  # type: ignore[no-untyped-def]
     """The three terms of the reward, each zero or negative."""
     error = (mean - target) / target
     tracking = abs(error) if absolute else error * error
-    return -variance_weight * variance / (target * target), -tracking_weight * tracking, -action_weight * action * action
+    return (
+        -variance_weight * variance / (target * target),
+        -tracking_weight * tracking,
+        -action_weight * action * action,
+    )

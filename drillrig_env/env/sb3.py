@@ -57,7 +57,9 @@ class DrillRigVecEnv(VecEnv):
         """Begin an episode in every rig; `set_options` has pinned what it pins."""
         pins = self._options[0]
         if any(options != pins for options in self._options):
-            raise ValueError("set_options: options that differ between rigs are not allowed; allowed: one dictionary for all")
+            raise ValueError(
+                "set_options: options that differ between rigs are not allowed; allowed: one dictionary for all"
+            )
         self.core.reset(np.arange(self.num_envs), self._generators, pins)
         self._reset_seeds()
         self._reset_options()

@@ -57,7 +57,11 @@ class Scenario:
             low, high = getattr(self, name)
             if not (allowed.holds(np.array([low, high])) and low <= high):
                 raise refuse("Scenario", name, (low, high), unit, f"(low, high) with low <= high, each {allowed}")
-        for name, allowed in (("spread", Allowed(0.0, 1.0, high_open=True)), ("load_step", _SHARES), ("steady", _SHARES)):
+        for name, allowed in (
+            ("spread", Allowed(0.0, 1.0, high_open=True)),
+            ("load_step", _SHARES),
+            ("steady", _SHARES),
+        ):
             if not allowed.holds(getattr(self, name)):
                 raise refuse("Scenario", name, getattr(self, name), "", allowed)
         if not _SHARES.holds(self.stick_slip) or self.stick_slip + self.steady > 1.0 + 1e-12:

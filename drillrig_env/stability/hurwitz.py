@@ -84,7 +84,9 @@ def critical_speed(rig: Rig, friction: Friction) -> Quantity:
     Where the slope of (4-7) equals Delta T_r,min, in closed form. 0 where friction falls so slowly
     that every speed is stable; infinite where no speed is. One entry a rig for a batch of frictions.
     """
-    slope_at_rest = np.asarray(friction.normal_force) * rig.r_1 * (np.asarray(friction.mu_s) - friction.mu_k) * friction.v_b
+    slope_at_rest = (
+        np.asarray(friction.normal_force) * rig.r_1 * (np.asarray(friction.mu_s) - friction.mu_k) * friction.v_b
+    )
     bearable = -critical_slope(rig)
     if bearable <= 0:
         speed = np.full(np.shape(slope_at_rest), np.inf)

@@ -1,0 +1,39 @@
+# `make demo` and `make test` from a bare clone: each sets up .venv first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/ready
+
+# One thread for BLAS and PyTorch: faster for networks and matrices of this size.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+
+.PHONY: demo test slow lint benchmark clean
+
+demo: $(READY)  ## Train a PPO agent briefly, then compare it with the baselines on 1,000 random rigs
+	$(BIN)/python demo.py
+
+test: $(READY) lint  ## Linters, type checker and the fast tests
+	$(BIN)/python -m pytest -n 2
+
+slow: $(READY)  ## The tests that take minutes
+	$(BIN)/python -m pytest -m slow -n 2
+
+lint: $(READY)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+benchmark: $(READY)  ## Speed and accuracy against other solvers and environments
+	$(BIN)/python -m benchmarks.solvers
+	$(BIN)/python -m benchmarks.environments
+
+$(READY): pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt torch
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	touch $(READY)
+
+clean:
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache *.egg-info

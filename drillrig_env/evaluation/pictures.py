@@ -1,0 +1,88 @@
+"""Pictures of a comparison: one rig's history under each policy, and the map of who mitigates what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.evaluation.runner import Episodes
+from drillrig_env.friction import Friction
+from drillrig_env.rig import Rig
+from drillrig_env.stability import critical_speed
+
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError as error:
+    raise ImportError("pictures need Matplotlib; install it with: pip install 'drillrig[plot]'") from error
+
+_BIT, _REFERENCE, _TARGET = "#1f5fa8", "#d1651f", "0.35"
+_GOOD, _BAD = "#1f5fa8", "#d1651f"
+
+
+def plot_histories(runs: Mapping[str, Episodes], rig: int, path: Path) -> None:
+    """Bit speed and speed reference of one rig of a suite over time, a panel a policy, as PNG.
+
+    The band spans lowest and highest bit speed of each control step.
+    """
+    figure, panels = plt.subplots(len(runs), 1, figsize=(8, 1.2 + 2.0 * len(runs)), sharex=True, squeeze=False)
+    for panel, (name, episodes) in zip(panels[:, 0], runs.items(), strict=True):
+        time = CONTROL_PERIOD * np.arange(1, episodes.lowest.shape[1] + 1)
+        panel.fill_between(time, episodes.lowest[rig], episodes.highest[rig], color=_BIT, lw=0.8, label="bit speed")
+        panel.plot(time, episodes.average[rig], color=_BIT, lw=1.2)
+        panel.plot(time, episodes.speed_reference[rig], color=_REFERENCE, lw=1.6, label="speed reference")
+        panel.axhline(episodes.speed_target[rig], color=_TARGET, lw=1.0, ls="--", label="target")
+        omega_c = float(np.atleast_1d(critical_speed(episodes.rig, _one(episodes.friction, rig)))[0])
+        panel.axhline(omega_c, color=_TARGET, lw=1.0, ls=":", label="critical speed")
+        panel.set_title(name, loc="left", fontsize=10)
+        panel.set_ylabel("rad/s")
+        panel.set_ylim(bottom=-0.2)
+        panel.grid(alpha=0.25)
+    panels[0, 0].legend(loc="upper right", ncols=4, fontsize=8)
+    panels[-1, 0].set_xlabel("time, s")
+    target, force = episodes.speed_target[rig], float(np.asarray(episodes.friction.normal_force)[rig])
+    figure.suptitle(f"One rig under each policy: target {target:.2f} rad/s, normal force {force:.1f} N", fontsize=11)
+    _save(figure, path)
+
+
+def plot_map(runs: Mapping[str, Mapping[str, np.ndarray]], rig: Rig, path: Path) -> None:
+    """Who mitigates what over target and normal force, a panel a policy, with the critical speed, as PNG."""
+    columns = min(3, len(runs))
+    rows = -(-len(runs) // columns)
+    figure, panels = plt.subplots(
+        rows, columns, figsize=(1.0 + 3.6 * columns, 0.9 + 3.3 * rows), sharex=True, sharey=True, squeeze=False
+    )
+    for panel, (name, scores) in zip(panels.flat, runs.items(), strict=False):
+        target, force, good = scores["speed_target"], scores["normal_force"], scores["mitigated"]
+        panel.scatter(target[good], force[good], s=9, color=_GOOD, lw=0, label="mitigated")
+        panel.scatter(target[~good], force[~good], s=13, color=_BAD, marker="x", lw=0.9, label="not")
+        forces = np.linspace(max(force.min(), 1.0), force.max(), 200)
+        panel.plot(critical_speed(rig, Friction(forces)), forces, color="0.1", lw=1.4, label="critical speed")
+        panel.set_xlim(target.min() - 0.1, target.max() + 0.1)
+        panel.set_title(f"{name}: {good.mean():.0%} mitigated", loc="left", fontsize=10)
+        panel.grid(alpha=0.2)
+    for panel in panels.flat[len(runs) :]:
+        panel.set_visible(False)
+    for panel in panels[-1]:
+        panel.set_xlabel("target speed, rad/s")
+    for panel in panels[:, 0]:
+        panel.set_ylabel("normal force, N")
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=3, fontsize=9, frameon=False)
+    figure.suptitle("The critical speed is drawn for the nominal friction; each rig has its own", fontsize=9)
+    _save(figure, path, bottom=0.07)
+
+
+def _one(friction: Friction, rig: int) -> Friction:
+    return Friction(*friction.as_array()[rig].tolist())
+
+
+def _save(figure: plt.Figure, path: Path, bottom: float = 0.0) -> None:
+    figure.tight_layout(rect=(0.0, bottom, 1.0, 1.0))
+    figure.savefig(path, dpi=150)
+    plt.close(figure)

@@ -1,0 +1,136 @@
+"""The comparison as a table in the terminal, as `results.csv` and as `results.json` with its provenance."""
+
+from __future__ import annotations
+
+import csv
+import json
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.evaluation.statistics import Estimate, mean, median, rate
+
+Scores = Mapping[str, npt.NDArray[Any]]
+
+_COLUMNS = (
+    ("mitigated", "mitigated", rate, "{:.3f}"),
+    ("below ω_c", "mitigated", rate, "{:.3f}"),
+    ("above ω_c", "mitigated", rate, "{:.3f}"),
+    ("calm", "calm", rate, "{:.3f}"),
+    ("time to calm, s", "time_to_calm", median, "{:.1f}"),
+    ("stuck", "stuck", mean, "{:.3f}"),
+    ("peak speed / ω*", "peak_speed", median, "{:.2f}"),
+    ("peak torque", "peak_torque", median, "{:.2f}"),
+    ("cost", "cost", mean, "{:.3f}"),
+    ("travel, rad/s", "travel", median, "{:.1f}"),
+)
+"""Heading, score, statistic and format of every column; two columns look at one region only."""
+
+_REGIONS = {"below ω_c": "below", "above ω_c": "above"}
+
+
+def estimates(scores: Scores) -> dict[str, Estimate]:
+    """The estimate of every column of the table for one policy, by heading."""
+    found = {}
+    for heading, name, statistic, _ in _COLUMNS:
+        region = _REGIONS.get(heading)
+        chosen = scores["region"] == region if region else np.ones(len(scores[name]), dtype=bool)
+        found[heading] = statistic(scores[name][chosen])
+    return found
+
+
+def markdown_table(results: Mapping[str, Scores], told: Mapping[str, bool]) -> str:
+    """The table in Markdown, a row a policy; intervals at 95 % behind the values."""
+    headings = [heading for heading, *_ in _COLUMNS]
+    lines = ["| policy | " + " | ".join(headings) + " |", "|---" * (len(headings) + 1) + "|"]
+    for policy, scores in results.items():
+        lines.append(f"| {_label(policy, told)} | " + " | ".join(_cells(scores)) + " |")
+    return "\n".join(lines)
+
+
+def print_table(title: str, results: Mapping[str, Scores], told: Mapping[str, bool]) -> None:
+    """Print the table in the terminal; needs `rich`, of the extra `agents`."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, caption="value and 95 % interval; * is told the friction; times and ratios: medians")
+    table.add_column("policy")
+    for heading, *_ in _COLUMNS:
+        table.add_column(heading, justify="right")
+    for policy, scores in results.items():
+        table.add_row(_label(policy, told), *(cell.replace(" (", "\n(") for cell in _cells(scores)))
+    console = Console()
+    if not console.is_terminal:
+        console.width = 170
+    console.print(table)
+
+
+def write_csv(path: Path, results: Mapping[str, Mapping[str, Scores]]) -> None:
+    """One row an episode: suite, policy, rig and scores. `results` is by suite, then by policy."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = None
+        for suite, policies in results.items():
+            for policy, scores in policies.items():
+                if writer is None:
+                    writer = csv.writer(file, lineterminator="\n")
+                    writer.writerow(["suite", "policy", "episode", *scores])
+                for episode, row in enumerate(zip(*(column.tolist() for column in scores.values()), strict=True)):
+                    writer.writerow([suite, policy, episode, *(_plain(value) for value in row)])
+
+
+def write_json(path: Path, config: Mapping[str, Any], results: Mapping[str, Mapping[str, Scores]]) -> None:
+    """What made the results, and every estimate of the table with its interval."""
+    table = {
+        suite: {
+            policy: {heading: vars(estimate) for heading, estimate in estimates(scores).items()}
+            for policy, scores in policies.items()
+        }
+        for suite, policies in results.items()
+    }
+    content = {"config": dict(config), "provenance": provenance(), "estimates": table}
+    path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def provenance() -> dict[str, Any]:
+    """Versions, machine and date: what an artefact needs to be made again."""
+    packages = ("drillrig", "gymnasium", "numpy", "scipy", "numba", "stable-baselines3", "torch")
+    return {
+        "date": datetime.now(UTC).date().isoformat(),
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}",
+        "versions": {package: _version(package) for package in packages},
+    }
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None
+
+
+def _cells(scores: Scores) -> list[str]:
+    cells = []
+    for estimate, (*_, form) in zip(estimates(scores).values(), _COLUMNS, strict=True):
+        if estimate.count == 0:
+            cells.append("none")
+        else:
+            value, low, high = (form.format(number) for number in (estimate.value, estimate.low, estimate.high))
+            cells.append(f"{value} ({low} to {high})" if low != high else value)
+    return cells
+
+
+def _label(policy: str, told: Mapping[str, bool]) -> str:
+    return f"{policy} *" if told.get(policy) else policy
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return int(value) if isinstance(value, bool) else value

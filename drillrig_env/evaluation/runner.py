@@ -1,0 +1,94 @@
+"""Run a policy over a suite: every rig at once, and what each control step showed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from gymnasium.utils import seeding
+
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.vector import check_actions
+from drillrig_env.evaluation.suites import EVALUATION_SEEDS, Suite
+from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.rig import Rig
+
+_TRACES = ("lowest", "highest", "average", "stuck", "highest_torque", "speed_reference", "reward")
+"""Fields of a rig's record that are kept for every control step."""
+
+
+class Policy(Protocol):
+    """Anything with Stable-Baselines3's `predict`: a baseline, a trained model, your own."""
+
+    def predict(
+        self,
+        observation: npt.NDArray[np.float32],
+        state: tuple[np.ndarray, ...] | None = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[np.ndarray, tuple[np.ndarray, ...] | None]:
+        """Actions for a batch of observations, and the policy's next state."""
+
+
+@dataclass(frozen=True, eq=False)
+class Episodes:
+    """What a policy did with a suite: a row a rig, a column a control step.
+
+    Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, highest string
+    torque (N m), speed reference (rad/s) and reward. `friction` is that of the episode's end.
+    """
+
+    rig: Rig
+    speed_target: FloatArray  # rad/s, (n,)
+    friction: Friction
+    start: npt.NDArray[np.str_]  # (n,)
+    lowest: FloatArray
+    highest: FloatArray
+    average: FloatArray
+    stuck: FloatArray
+    highest_torque: FloatArray
+    speed_reference: FloatArray
+    reward: FloatArray
+
+
+def run(
+    policy: Policy,
+    suite: Suite,
+    *,
+    rig: Rig | None = None,
+    sensors: str = "state",
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    **env: Any,
+) -> Episodes:
+    """Let a policy face every rig of a suite, all at once, for one episode each.
+
+    A policy with `tell` gets `info` before each step. `progress` is called with the steps done and
+    the steps in all; `env` holds further arguments of the environment (`reward`, `slew_limit`).
+    """
+    core = RigBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **env)
+    generators = [seeding.np_random(EVALUATION_SEEDS + i)[0] for i in range(suite.rigs)]
+    first = 0
+    for count, options in suite.groups:
+        core.reset(np.arange(first, first + count), generators, options)
+        first += count
+    start = np.array(core.starts(np.arange(suite.rigs)))
+    traces = {name: np.empty((suite.rigs, core.steps)) for name in _TRACES}
+    tell = getattr(policy, "tell", None)
+    state, begins = None, np.ones(suite.rigs, dtype=np.bool_)
+    for step in range(core.steps):
+        if tell:
+            tell(core.info())
+        actions, state = policy.predict(core.observations, state, begins, deterministic=True)
+        begins = np.zeros(suite.rigs, dtype=np.bool_)
+        core.step(check_actions(actions, suite.rigs))
+        for name in _TRACES:
+            traces[name][:, step] = core.rigs[name]
+        if progress:
+            progress(step + 1, core.steps)
+    rigs = core.rigs
+    friction = Friction(*(rigs[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+    return Episodes(core.rig, rigs["speed_target"].copy(), friction, start, **traces)

@@ -1,0 +1,80 @@
+"""The scores of an episode, each from the true bit speed at 160 Hz."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.evaluation.runner import Episodes
+from drillrig_env.friction import FloatArray
+from drillrig_env.model import steady_state, string_torque
+from drillrig_env.stability import critical_slope, critical_speed
+from drillrig_env.stick_slip import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
+
+TRAILING = 5.0
+"""Window of the trailing stick-slip index that "time to calm" looks at, s."""
+
+SCORES = {
+    "ssi": ("", "stick-slip index over the last 10 s"),
+    "calm": ("", "calm over the last 10 s"),
+    "mitigated": ("", "calm, with the mean bit speed within 5 % of the target"),
+    "time_to_calm": ("s", "from when on the index over the trailing 5 s stays below 0.1"),
+    "stuck": ("", "share of the time with a bit speed below 0.01 rad/s"),
+    "peak_speed": ("", "highest bit speed over the target"),
+    "peak_torque": ("", "highest string torque over its steady value"),
+    "cost": ("", "mean reward, negative"),
+    "travel": ("rad/s", "integral of |d omega_ref|"),
+}
+"""Unit and meaning of every score."""
+
+
+def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
+    """Every score of SCORES, an entry an episode, after what describes the episode's rig.
+
+    `region` splits at the critical speed omega_c of the friction at the episode's end; `hardness` is
+    q, the negative friction slope at the target over the slope that the drive can bear.
+    """
+    target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
+    omega_c = np.broadcast_to(critical_speed(rig, friction), target.shape)
+    steady_torque = string_torque(rig, steady_state(rig, friction, target))
+    window = round(WINDOW / CONTROL_PERIOD)
+    lowest = episodes.lowest[:, -window:].min(axis=1)
+    highest = episodes.highest[:, -window:].max(axis=1)
+    mean = episodes.average[:, -window:].mean(axis=1)
+    return {
+        "speed_target": target,
+        "normal_force": np.asarray(friction.normal_force),
+        "mu_s": np.asarray(friction.mu_s),
+        "mu_k": np.asarray(friction.mu_k),
+        "v_b": np.asarray(friction.v_b),
+        "start": episodes.start,
+        "critical_speed": omega_c,
+        "region": np.where(target < omega_c, "below", "above"),
+        "hardness": -np.asarray(friction.slope(rig, target)) / -critical_slope(rig),
+        "ssi": stick_slip_index(lowest, highest, mean),
+        "calm": is_calm(lowest, highest, mean),
+        "mitigated": is_mitigated(lowest, highest, mean, target),
+        "time_to_calm": time_to_calm(episodes),
+        "stuck": episodes.stuck.mean(axis=1),
+        "peak_speed": episodes.highest.max(axis=1) / target,
+        "peak_torque": episodes.highest_torque.max(axis=1) / steady_torque,
+        "cost": -episodes.reward.mean(axis=1),
+        "travel": np.abs(np.diff(episodes.speed_reference, axis=1)).sum(axis=1),
+    }
+
+
+def time_to_calm(episodes: Episodes) -> FloatArray:
+    """First time (s) after which the trailing stick-slip index stays below 0.1; the whole episode if never."""
+    width = round(TRAILING / CONTROL_PERIOD)
+    steps = episodes.lowest.shape[1]
+    windows = np.lib.stride_tricks.sliding_window_view
+    index = stick_slip_index(
+        windows(episodes.lowest, width, axis=1).min(axis=2),
+        windows(episodes.highest, width, axis=1).max(axis=2),
+        windows(episodes.average, width, axis=1).mean(axis=2),
+    )
+    shaking = index >= CALM_INDEX
+    last = np.where(shaking.any(axis=1), shaking.shape[1] - np.argmax(shaking[:, ::-1], axis=1), 0)
+    first_calm_step = np.where(last == shaking.shape[1], steps, last + width)
+    return np.asarray(first_calm_step * CONTROL_PERIOD)

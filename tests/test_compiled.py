@@ -1,0 +1,35 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+from shutil import copytree
+
+import drillrig_env
+
+SCRIPT = """
+import numpy as np
+from drillrig_env.friction import Friction
+from drillrig_env.rig import Rig
+print(float(Friction(10.0).torque(Rig(), np.array(2.0))))
+"""
+
+
+def test_edit_of_one_file_renews_the_kernels_of_all(tmp_path):
+    package = tmp_path / "drillrig_env"
+    copytree(Path(drillrig_env.__file__).parent, package)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def torque():
+        command = [sys.executable, "-c", SCRIPT]
+        return float(
+            subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, check=True, text=True).stdout
+        )
+
+    assert torque() == torque()
+    compiled = package / "compiled.py"
+    kernels = tmp_path.glob("cache/**/*.nbi")
+    stamps = {path: path.stat().st_mtime_ns for path in kernels}
+    assert stamps
+    compiled.write_text(compiled.read_text() + "\n# edited\n")
+    torque()
+    assert all(path.stat().st_mtime_ns > stamp for path, stamp in stamps.items())
