@@ -1,0 +1,126 @@
+"""Rules of the episode: starts, loads, reward, window and verdict."""
+
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Reward, Rig, simulate
+from drillrig_env.env.core import RigBatch
+from drillrig_env.model import steady_state
+from drillrig_env.stick_slip import is_mitigated
+
+HOLD = np.zeros((1, 1), dtype=np.float32)
+
+
+def begin(options, **arguments):
+    core = RigBatch(1, scenario="nominal", **arguments)
+    core.reset(np.array([0]), [np.random.default_rng(1)], options)
+    return core
+
+
+def run(core, steps, action=0.0):
+    rows = []
+    for _ in range(steps):
+        core.step(np.full((1, 1), action, dtype=np.float32))
+        rows.append(core.rigs[0].copy())
+    return np.array(rows)
+
+
+def test_steps_are_the_simulation():
+    core = begin({"start": "rest", "normal_force": 20.0})
+    rows = run(core, 60, action=0.25)
+    references = [(0.1 * k, min(0.05 * (k + 1), 10.0)) for k in range(60)]
+    expected = simulate(friction=Friction(20.0), speed_reference=references, duration=6.0, sample_period=0.1)
+    np.testing.assert_allclose(rows["state"][:, :7], expected.state[1:], atol=1e-9)
+    np.testing.assert_allclose(rows["speed_reference"], expected.speed_reference[:-1])
+
+
+def test_reference_moves_at_the_slew_limit_and_stays_in_bounds():
+    core = begin({"start": "steady", "speed_target": 4.0})
+    assert np.allclose(np.diff(run(core, 40, action=3.0)["speed_reference"]).max(), 0.2)
+    assert core.rigs["speed_reference"][0] == 10.0
+    run(core, 60, action=-1.0)
+    assert core.rigs["speed_reference"][0] == 0.0
+
+
+def test_stick_slip_start_is_on_the_cycle_at_its_phase():
+    generators = [np.random.default_rng(i) for i in range(40)]
+    core = RigBatch(40, scenario="nominal")
+    options = {"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}
+    core.reset(np.arange(40), generators, options)
+    assert core.starts(np.arange(40)) == ["stick_slip"] * 40
+    speeds = core.rigs["state"][:, 2].copy()
+    assert np.mean(speeds < 0.01) == pytest.approx(0.2, abs=0.15)  # it sticks for a fifth of its period
+    assert speeds.max() > 4.0
+    for x in core.rigs["state"][:5, :7]:
+        cycle = simulate(friction=Friction(20.0), initial_state=x, speed_reference=2.0, duration=60)
+        assert cycle.bit_speed[:300].max() == pytest.approx(cycle.bit_speed[-300:].max(), abs=2e-3)
+
+
+def test_stick_slip_start_above_the_fold_is_steady_rotation():
+    core = begin({"start": "stick_slip", "normal_force": 10.0, "speed_target": 3.2})
+    assert core.starts(np.array([0])) == ["steady"]
+    np.testing.assert_allclose(core.rigs["state"][0, :7], steady_state(Rig(), Friction(10.0), 3.2))
+    below = begin({"start": "stick_slip", "normal_force": 10.0, "speed_target": 2.8})
+    assert below.starts(np.array([0])) == ["stick_slip"]
+
+
+def test_load_step_takes_effect_at_the_first_control_step_from_its_time_on():
+    core = begin({"start": "steady", "speed_target": 4.0, "load_steps": [(0.25, 5.0), (0.5, 7.0), (0.5001, 9.0)]})
+    forces = run(core, 8)["normal_force"].tolist()
+    assert forces == [10.0, 10.0, 10.0, 5.0, 5.0, 7.0, 9.0, 9.0]
+
+
+@pytest.mark.parametrize("shape", ["square", "absolute"])
+def test_reward_follows_its_formula(shape):
+    reward = Reward(variance=2.0, tracking=3.0, action=0.5, tracking_shape=shape, time_constant=1.0)
+    core = begin({"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}, reward=reward)
+    start = core.rigs[0].copy()
+    rows = run(core, 30, action=0.4)
+    references = [(0.1 * k, reference) for k, reference in enumerate(rows["speed_reference"].tolist())]
+    fine = simulate(
+        friction=Friction(20.0),
+        initial_state=start["state"][:7],
+        speed_reference=references,
+        duration=3.0,
+        sample_period=0.1 / 16,
+    )
+    mean, variance, gain = start["mean"], start["variance"], 1 - np.exp(-0.1 / 16)
+    for speed in fine.bit_speed[1:]:
+        mean, variance = (1 - gain) * mean + gain * speed, (1 - gain) * (variance + gain * (speed - mean) ** 2)
+    error = (mean - 2.0) / 2.0
+    tracking = error**2 if shape == "square" else abs(error)
+    expected = [-2.0 * variance / 4.0, -3.0 * tracking, -0.5 * 0.16]
+    np.testing.assert_allclose(rows["terms"][-1], expected, rtol=1e-5)
+    assert rows["reward"][-1] == pytest.approx(sum(expected), rel=1e-5)
+
+
+def test_calm_rotation_at_the_target_scores_zero():
+    core = begin({"start": "steady", "speed_target": 4.0})
+    assert np.abs(run(core, 100)["reward"]).max() < 1e-12
+
+
+def test_verdict_looks_at_the_last_ten_seconds():
+    core = begin({"start": "stick_slip", "normal_force": 20.0, "speed_target": 3.5})
+    rows = run(core, 200, action=0.0)
+    rows = np.concatenate([rows, run(core, 25, action=1.0), run(core, 75), run(core, 25, action=-1.0), run(core, 275)])
+    tail = rows[-100:]
+    verdict = is_mitigated(tail["lowest"].min(), tail["highest"].max(), tail["average"].mean(), 3.5)
+    assert core.ended[0]
+    assert bool(core.mitigated[0]) == bool(verdict) is True
+    stuck = begin({"start": "stick_slip", "normal_force": 20.0, "speed_target": 3.5})
+    run(stuck, 600)
+    assert not stuck.mitigated[0]
+
+
+def test_impossible_arguments_are_refused():
+    for arguments, word in (
+        ({"num_rigs": 0}, "number of rigs"),
+        ({"slew_limit": 0.0}, "rad/s"),
+        ({"duration": 0.05}, "multiple of 0.1"),
+        ({"sensors": "statee"}, "did you mean state"),
+        ({"threads": 0}, "threads"),
+    ):
+        with pytest.raises(ValueError, match=word):
+            RigBatch(**arguments)
+    with pytest.raises(ValueError, match="tracking_shape"):
+        Reward(tracking_shape="cubic")

@@ -1,0 +1,223 @@
+"""The three faces: contracts of Gymnasium and SB3, seeds, bad actions, and one result bit for bit."""
+
+import subprocess
+import sys
+import warnings
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from stable_baselines3.common.env_checker import check_env as check_env_sb3
+
+import drillrig_env
+from drillrig_env.env.sensors import CHANNELS
+
+RIGS, STEPS = 5, 640  # beyond the end of an episode
+ACTIONS = np.random.default_rng(11).uniform(-1, 1, (STEPS, RIGS, 1)).astype(np.float32)
+
+
+@pytest.mark.parametrize("name", drillrig_env._ENVIRONMENTS)
+def test_both_checkers_pass_without_a_warning(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env = gym.make(name)
+        check_env(env.unwrapped)
+        check_env_sb3(env)
+
+
+def test_module_prefix_registers_the_environment():
+    code = "import gymnasium as gym; print(gym.make('drillrig_env:DrillRig-v0').spec.id)"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True).stdout
+    assert out.strip() == "DrillRig-v0"
+
+
+def singles(seed, same_step=False):
+    """The run of RIGS single environments under ACTIONS, as a vector environment would show it."""
+    observations, rewards = np.empty((STEPS, RIGS, len(CHANNELS)), np.float32), np.zeros((STEPS, RIGS))
+    for i in range(RIGS):
+        env = gym.make("DrillRig-v0")
+        env.reset(seed=seed + i)
+        over = False
+        for k in range(STEPS):
+            if over and not same_step:
+                observations[k, i], _ = env.reset()
+                over = False
+                continue
+            observations[k, i], rewards[k, i], _, over, _ = env.step(ACTIONS[k, i])
+            if over and same_step:
+                observations[k, i], _ = env.reset()
+    return observations, rewards
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_vector_form_is_the_single_form_bit_for_bit(threads):
+    env = gym.make_vec("DrillRig-v0", num_envs=RIGS, threads=threads)
+    env.reset(seed=42)
+    expected, expected_rewards = singles(42)
+    for k in range(STEPS):
+        observations, rewards, _, _, _ = env.step(ACTIONS[k])
+        np.testing.assert_array_equal(observations, expected[k])
+        np.testing.assert_array_equal(rewards, expected_rewards[k])
+
+
+@pytest.mark.parametrize("form", ["sb3", "same_step"])
+def test_forms_that_reset_in_the_same_step_are_the_single_form_bit_for_bit(form):
+    expected, expected_rewards = singles(42, same_step=True)
+    if form == "sb3":
+        env = drillrig_env.make_sb3(RIGS, seed=42)
+        env.reset()
+    else:
+        env = gym.make_vec("DrillRig-v0", num_envs=RIGS, autoreset_mode=gym.vector.AutoresetMode.SAME_STEP)
+        env.reset(seed=42)
+    for k in range(STEPS):
+        observations, rewards, *_ = env.step(ACTIONS[k])
+        np.testing.assert_array_equal(observations, expected[k])
+        np.testing.assert_array_equal(rewards, expected_rewards[k].astype(rewards.dtype))
+
+
+def test_large_batch_on_threads_is_one_thread_bit_for_bit():
+    results = []
+    for threads in (1, 2, 4):
+        env = gym.make_vec("DrillRig-v0", num_envs=300, threads=threads)
+        env.reset(seed=0)
+        results.append([env.step(np.full((300, 1), a, np.float32))[0] for a in (0.3, -1.0, 0.7)])
+    np.testing.assert_array_equal(results[0], results[1])
+    np.testing.assert_array_equal(results[0], results[2])
+
+
+def test_seeds():
+    env = gym.make("DrillRig-v0")
+    first, _ = env.reset(seed=7)
+    second, _ = env.reset()
+    again, _ = env.reset(seed=7)
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, second)
+    np.testing.assert_array_equal(env.reset()[0], second)
+    assert not np.array_equal(env.reset(seed=8)[0], first)
+
+
+def test_global_generator_is_not_touched():
+    np.random.seed(3)  # noqa: NPY002 - the global generator is what this test watches
+    expected = np.random.random()  # noqa: NPY002
+    np.random.seed(3)  # noqa: NPY002
+    env = gym.make_vec("DrillRig-v0", num_envs=3)
+    env.reset(seed=1)
+    env.step(np.zeros((3, 1), np.float32))
+    assert np.random.random() == expected  # noqa: NPY002
+
+
+def test_earlier_observations_keep_their_values():
+    env = gym.make("DrillRig-v0")
+    first, _ = env.reset(seed=0)
+    kept = first.copy()
+    second, *_ = env.step(np.ones(1, np.float32))
+    kept_second = second.copy()
+    env.reset()
+    np.testing.assert_array_equal(first, kept)
+    np.testing.assert_array_equal(second, kept_second)
+
+
+@pytest.mark.parametrize("bad", [np.array([np.nan]), np.zeros(2), np.zeros((1, 1)), 0.5])
+def test_single_refuses_bad_actions(bad):
+    env = gym.make("DrillRig-v0").unwrapped
+    env.reset(seed=0)
+    before = env.core.rigs.copy()
+    with pytest.raises(ValueError, match="allowed"):
+        env.step(bad)
+    np.testing.assert_array_equal(env.core.rigs, before)
+
+
+@pytest.mark.parametrize("bad", [np.array([[0.0], [np.nan], [0.0]]), np.zeros(3), np.zeros((2, 1))])
+def test_vector_and_sb3_refuse_bad_actions(bad):
+    env = gym.make_vec("DrillRig-v0", num_envs=3)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"rig 1|shape \(3, 1\)"):
+        env.step(bad)
+    vec_env = drillrig_env.make_sb3(3, seed=0)
+    vec_env.reset()
+    with pytest.raises(ValueError, match=r"rig 1|shape \(3, 1\)"):
+        vec_env.step(bad)
+
+
+def test_info_has_the_names_that_others_rely_on():
+    env = gym.make("DrillRig-v0")
+    _, info = env.reset(seed=3, options={"normal_force": 20.0, "speed_target": 3.0, "start": "stick_slip"})
+    assert info["start"] == "stick_slip"
+    assert (info["normal_force"], info["speed_target"]) == (20.0, 3.0)
+    observation, reward, _, _, info = env.step(np.zeros(1, np.float32))
+    names = {
+        "bit_speed",
+        "top_speed",
+        "speed_reference",
+        "speed_target",
+        "normal_force",
+        "torque_into_string",
+        "reward_terms",
+    }
+    assert names <= set(info)
+    assert sum(info["reward_terms"].values()) == pytest.approx(reward)
+    sensors = env.unwrapped.sensors
+    for name in ("bit_speed", "top_speed", "speed_reference", "speed_target"):
+        assert sensors.value(observation, name) == pytest.approx(info[name], abs=1e-5)
+    for _ in range(599):
+        assert "is_success" not in info
+        *_, truncated, info = env.step(np.zeros(1, np.float32))
+    assert truncated
+    assert info["is_success"] is False
+    with pytest.raises(ResetNeeded, match="600 steps is over"):
+        env.step(np.zeros(1, np.float32))
+
+
+def test_vector_info_and_end_of_episode():
+    env = gym.make_vec("DrillRig-v0", num_envs=4, duration=1.0, autoreset_mode="SameStep")
+    env.reset(seed=0)
+    for _ in range(10):
+        observations, _, terminated, truncated, info = env.step(np.zeros((4, 1), np.float32))
+        assert info["bit_speed"].shape == (4,)
+        assert info["_bit_speed"].all()
+    assert truncated.all()
+    assert not terminated.any()
+    assert info["_final_obs"].all()
+    assert info["final_info"]["is_success"].shape == (4,)
+    assert not np.array_equal(info["final_obs"], observations)
+
+
+def test_vector_resets_under_a_mask_when_autoreset_is_off():
+    env = gym.make_vec("DrillRig-v0", num_envs=3, duration=0.2, autoreset_mode="Disabled")
+    env.reset(seed=0)
+    env.step(np.zeros((3, 1), np.float32))
+    env.step(np.zeros((3, 1), np.float32))
+    with pytest.raises(ResetNeeded, match="rig 0"):
+        env.step(np.zeros((3, 1), np.float32))
+    _, info = env.reset(options={"reset_mask": np.array([True, False, True]), "normal_force": np.array([11.0, 13.0])})
+    assert info["normal_force"][[0, 2]].tolist() == [11.0, 13.0]
+    with pytest.raises(ResetNeeded, match="rig 1"):
+        env.step(np.zeros((3, 1), np.float32))
+
+
+def test_sb3_reports_the_end_of_an_episode():
+    env = drillrig_env.make_sb3(2, seed=0, duration=0.5)
+    env.reset()
+    total = np.zeros(2)
+    for _ in range(5):
+        _, rewards, dones, infos = env.step(np.zeros((2, 1), np.float32))
+        total += rewards
+    assert dones.all()
+    for i, info in enumerate(infos):
+        assert info["TimeLimit.truncated"]
+        assert info["terminal_observation"].shape == (len(CHANNELS),)
+        assert info["episode"]["l"] == 5
+        assert info["episode"]["r"] == pytest.approx(total[i], rel=1e-5)
+
+
+def test_arguments_reach_every_face():
+    for env in (
+        gym.make("DrillRig-v0", duration=2.0).unwrapped,
+        gym.make_vec("DrillRig-v0", num_envs=2, duration=2.0),
+        drillrig_env.make_sb3(2, duration=2.0),
+    ):
+        assert env.core.steps == 20
+    with pytest.raises(ValueError, match="render_mode"):
+        gym.make("DrillRig-v0").unwrapped.__class__(render_mode="human")

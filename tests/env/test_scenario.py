@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Scenario
+from drillrig_env.env.scenario import PRESETS, STARTS, UNIFORMS, check_pins
+
+UNIFORM = np.random.default_rng(5).random((4000, UNIFORMS))
+
+
+def test_default_draws_are_those_of_the_contract():
+    drawn = Scenario().draw(UNIFORM, 60.0, {})
+    table = Friction()
+    for values, low, high in (
+        (drawn.speed_target, 1.0, 5.0),
+        (drawn.friction.normal_force, 5.0, 30.0),
+        (drawn.friction.mu_k / table.mu_k, 0.8, 1.2),
+        (drawn.friction.v_b / table.v_b, 0.8, 1.2),
+    ):
+        assert low <= values.min() < low + 0.01 * (high - low)
+        assert high - 0.01 * (high - low) < values.max() <= high
+    assert np.all(drawn.friction.mu_s >= 1.05 * drawn.friction.mu_k - 1e-15)
+    shares = np.bincount(drawn.start, minlength=3) / len(UNIFORM)
+    np.testing.assert_allclose(shares, [0.7, 0.2, 0.1], atol=0.03)
+    stepped = np.isfinite(drawn.load_times[:, 0])
+    assert stepped.mean() == pytest.approx(0.5, abs=0.03)
+    assert np.all((drawn.load_times[stepped, 0] >= 0) & (drawn.load_times[stepped, 0] < 60))
+    assert not np.isfinite(drawn.load_times[:, 1:]).any()
+
+
+def test_draws_are_independent_of_each_other():
+    drawn = Scenario().draw(UNIFORM, 60.0, {})
+    columns = [
+        drawn.speed_target,
+        drawn.friction.normal_force,
+        drawn.friction.mu_k,
+        drawn.friction.v_b,
+        drawn.start,
+        drawn.phase,
+    ]
+    correlation = np.corrcoef(columns) - np.eye(len(columns))
+    assert np.abs(correlation).max() < 0.06
+
+
+def test_presets_differ_as_documented():
+    nominal = PRESETS["nominal"].draw(UNIFORM, 60.0, {})
+    assert set(nominal.friction.normal_force) == {10.0}
+    assert set(nominal.friction.mu_s) == {0.5}
+    wide = PRESETS["wide"].draw(UNIFORM, 60.0, {})
+    assert wide.friction.normal_force.min() < 3.0
+    assert wide.friction.normal_force.max() > 39.0
+    assert wide.friction.v_b.max() > 1.35
+
+
+def test_pins_hold_and_leave_the_rest_as_it_was():
+    free = Scenario().draw(UNIFORM, 60.0, {})
+    pins = check_pins({"normal_force": 20.0, "start": "rest", "load_steps": [(1.0, 5.0), (2.5, 9.0)]}, 4000, 60.0)
+    pinned = Scenario().draw(UNIFORM, 60.0, pins)
+    assert set(pinned.friction.normal_force) == {20.0}
+    assert {STARTS[i] for i in pinned.start} == {"rest"}
+    assert pinned.load_times[0, :3].tolist() == [1.0, 2.5, np.inf]
+    np.testing.assert_array_equal(pinned.speed_target, free.speed_target)
+    np.testing.assert_array_equal(pinned.friction.mu_k, free.friction.mu_k)
+
+
+@pytest.mark.parametrize("pins", [{"mu_k": 0.55}, {"mu_s": 0.2}, {"mu_s": 0.3, "mu_k": 0.3}])
+def test_one_pinned_coefficient_keeps_the_other_possible(pins):
+    drawn = Scenario().draw(UNIFORM, 60.0, check_pins(pins, 4000, 60.0))
+    assert np.all(drawn.friction.mu_s >= drawn.friction.mu_k)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"normal_forc": 3.0}, ["normal_forc", "did you mean normal_force"]),
+        ({"normal_force": -3.0}, ["normal_force", "-3.0 N", ">= 0"]),
+        ({"normal_force": "heavy"}, ["normal_force", "heavy", "N"]),
+        ({"normal_force": [1.0, 2.0]}, ["shape of normal_force", "(2,)", "(3,)"]),
+        ({"speed_target": 0.0}, ["speed_target", "rad/s", "> 0", "<= 10"]),
+        ({"speed_target": 11.0}, ["speed_target", "11.0"]),
+        ({"v_b": float("nan")}, ["v_b", "nan", "s/rad"]),
+        ({"mu_s": 0.1, "mu_k": 0.3}, ["mu_s", "mu_k = 0.3"]),
+        ({"start": "rolling"}, ["start", "rolling", "stick_slip, steady, rest"]),
+        ({"load_steps": 5.0}, ["load_steps", "list of (time in s, N_1 in N)"]),
+        ({"load_steps": [(70.0, 5.0)]}, ["load_steps", "70.0", "0 to 60"]),
+        ({"load_steps": [(5.0, 5.0), (1.0, 5.0)]}, ["load_steps", "ascending"]),
+        ({"load_steps": [(5.0, -5.0)]}, ["load_steps", "-5.0 N"]),
+        ({"load_steps": [(float(i), 5.0) for i in range(9)]}, ["load_steps", "9", "<= 8"]),
+    ],
+)
+def test_impossible_options_are_named(options, words):
+    with pytest.raises(ValueError, match="reset options") as caught:
+        check_pins(options, 3, 60.0)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("fields", "word"),
+    [
+        ({"speed_target": (3.0, 1.0)}, "speed_target"),
+        ({"speed_target": (0.0, 1.0)}, "speed_target"),
+        ({"normal_force": (-1.0, 1.0)}, "normal_force"),
+        ({"spread": 1.0}, "spread"),
+        ({"stick_slip": 0.9, "steady": 0.2}, "stick_slip"),
+        ({"load_step": 2.0}, "load_step"),
+    ],
+)
+def test_impossible_scenario_is_refused(fields, word):
+    with pytest.raises(ValueError, match=word):
+        Scenario(**fields)
+
+
+def test_unknown_preset_is_refused():
+    with pytest.raises(ValueError, match="did you mean default"):
+        Scenario.named("defalt")
