@@ -8,6 +8,7 @@ python eval.py jump_ease --suite default --rigs 200 --output results/quick
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from drillrig_env.evaluation.pictures import plot_histories, plot_map
 from drillrig_env.evaluation.report import print_table, write_csv, write_json
 from drillrig_env.evaluation.runner import Episodes, Policy, run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import SUITES, suite
+from drillrig_env.evaluation.suites import SUITES, Suite, suite
 from drillrig_env.parameters import closest
 
 
@@ -40,7 +41,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     try:
-        policies = {name: find_policy(name) for name in arguments.policies}
+        policies = {Path(name).name: find_policy(name) for name in arguments.policies}
         suites = [suite(name, arguments.rigs) for name in arguments.suite]
     except (ValueError, OSError) as error:
         parser.error(str(error))
@@ -71,17 +72,19 @@ def find_policy(name: str) -> Policy:
     )
 
 
-def run_all(policies: dict[str, Policy], chosen: Any) -> dict[str, Episodes]:
+def run_all(policies: dict[str, Policy], chosen: Suite) -> dict[str, Episodes]:
     """Every policy over a suite, with a progress bar."""
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns) as progress:
         runs = {}
         for name, policy in policies.items():
-            task = progress.add_task(f"{chosen.name}: {name}", total=1)
-            runs[name] = run(
-                policy, chosen, progress=lambda done, of, task=task: progress.update(task, completed=done, total=of)
-            )
+            task = progress.add_task(f"{chosen.name}: {name}")
+            runs[name] = run(policy, chosen, progress=partial(_show, progress, task))
     return runs
+
+
+def _show(progress: Progress, task: TaskID, done: int, of: int) -> None:
+    progress.update(task, completed=done, total=of)
 
 
 def typical_rig(results: dict[str, Any]) -> int:

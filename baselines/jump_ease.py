@@ -60,6 +60,5 @@ class JumpEase(Baseline):
         oscillation = np.sqrt(memory[:, 0]) / np.maximum(reference, 0.1)
         easing = np.where(memory[:, 1] > 0, oscillation < self.shaking, oscillation < self.calm)
         memory[:, 1] = easing
-        rising = (oscillation > self.shaking) | (reference < floor)
-        lowered = np.maximum(floor, reference - self.ease_rate * CONTROL_PERIOD)
-        return np.where(rising, np.inf, np.where(easing, lowered, reference))
+        lowered = reference - np.where(easing, self.ease_rate * CONTROL_PERIOD, 0.0)
+        return np.where(oscillation > self.shaking, np.inf, np.maximum(floor, lowered))

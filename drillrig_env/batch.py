@@ -7,7 +7,7 @@ from math import ceil
 
 import numpy as np
 
-from drillrig_env.compiled import compiled
+from drillrig_env.compiled import Records, compiled
 from drillrig_env.friction import FloatArray, Friction, Quantity
 from drillrig_env.ladder import LONGEST_PERIOD, STATE, ladder
 from drillrig_env.model import check_state
@@ -104,7 +104,18 @@ def advance_batch(
 
 
 @compiled
-def _advance_rigs(states, reference, contact, r_1, omega_s, rungs, sampling, shift, every, result):  # type: ignore[no-untyped-def]
+def _advance_rigs(
+    states: FloatArray,
+    reference: FloatArray,
+    contact: FloatArray,
+    r_1: float,
+    omega_s: float,
+    rungs: Records,
+    sampling: Records,
+    shift: FloatArray,
+    every: int,
+    result: FloatArray,
+) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
     y = np.zeros(STATE)
     for n in range(states.shape[0]):

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+Record: TypeAlias = Any
+"""A structured NumPy scalar inside a kernel: its fields are attributes there, which no static type knows."""
+
+Records: TypeAlias = Any
+"""An array of records, inside a kernel or on the way to one."""
 
 _PACKAGE = Path(__file__).parent
 
@@ -28,7 +34,7 @@ def inlined(function: F) -> F:
     return _compile(function, inline="always")
 
 
-def _compile(function: F, inline: str) -> F:
+def _compile(function: F, inline: Literal["never", "always"]) -> F:
     dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy", inline=inline)(function)
     cache_file = dispatcher._cache._cache_file
     cache_file._source_stamp = (cache_file._source_stamp, _stamp_of_package())

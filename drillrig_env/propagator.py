@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from drillrig_env.compiled import compiled, inlined
-from drillrig_env.friction import torque_in_zone, zone_of
+from drillrig_env.compiled import Record, Records, compiled, inlined
+from drillrig_env.friction import FloatArray, torque_in_zone, zone_of
 from drillrig_env.ladder import NODES, RUNGS, SAMPLED_RUNGS, SAMPLES, START_FROM_NODES, STATE, UNITS
 
 _SAMPLE_UNITS = UNITS // SAMPLES
@@ -44,7 +44,18 @@ WORKSPACE = np.dtype(
 
 
 @compiled
-def advance(y, speed_reference, static, kinetic, v_b, omega_s, rungs, sampling, work, sampled):  # type: ignore[no-untyped-def]
+def advance(
+    y: FloatArray,
+    speed_reference: float,
+    static: float,
+    kinetic: float,
+    v_b: float,
+    omega_s: float,
+    rungs: Records,
+    sampling: Records,
+    work: Record,
+    sampled: bool,
+) -> None:
     """Advance one rig over one period of held input, in place.
 
     y                shape (8,): the 7 states less the frictionless equilibrium, and a pad
@@ -74,7 +85,17 @@ def advance(y, speed_reference, static, kinetic, v_b, omega_s, rungs, sampling, 
 
 
 @inlined
-def _solve_nodes(y, speed_reference, static, kinetic, v_b, omega_s, table, work, last):  # type: ignore[no-untyped-def]
+def _solve_nodes(
+    y: FloatArray,
+    speed_reference: float,
+    static: float,
+    kinetic: float,
+    v_b: float,
+    omega_s: float,
+    table: Record,
+    work: Record,
+    last: bool,
+) -> bool:
     """Solve for bit speed and friction torque at the nodes of a step; False if the step must be halved.
 
     The law is the smooth continuation of the piece that holds at the start. Newton's method begins
@@ -101,7 +122,7 @@ def _solve_nodes(y, speed_reference, static, kinetic, v_b, omega_s, table, work,
 
 
 @inlined
-def _newton_step(table, work):  # type: ignore[no-untyped-def]
+def _newton_step(table: Record, work: Record) -> float:
     """One Newton step for speed = linear + node_from_torque @ torque(speed); returns its largest entry.
 
     Gaussian elimination needs no pivots here: the matrix is the identity plus a Radau matrix.
@@ -134,7 +155,7 @@ def _newton_step(table, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _is_accurate(start, torque, zone, omega_s, work):  # type: ignore[no-untyped-def]
+def _is_accurate(start: float, torque: float, zone: int, omega_s: float, work: Record) -> bool:
     """Whether a solved step keeps to its piece of the law, and a cubic follows T_r1 over it."""
     lowest = highest = start
     defect = torque
@@ -151,7 +172,7 @@ def _is_accurate(start, torque, zone, omega_s, work):  # type: ignore[no-untyped
 
 
 @inlined
-def _take_step(y, table, work):  # type: ignore[no-untyped-def]
+def _take_step(y: FloatArray, table: Record, work: Record) -> None:
     new = work.state
     for i in range(STATE):
         total = 0.0
@@ -165,7 +186,7 @@ def _take_step(y, table, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _sample_step(y, speed_reference, table, work, first, count):  # type: ignore[no-untyped-def]
+def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, count: int) -> None:
     """Samples inside a solved step that is about to be taken, as entries `first` and on."""
     for i in range(count):
         speed, torque = speed_reference, 0.0
@@ -179,7 +200,7 @@ def _sample_step(y, speed_reference, table, work, first, count):  # type: ignore
 
 
 @inlined
-def _sample_state(y, speed_reference, table, work, index):  # type: ignore[no-untyped-def]
+def _sample_state(y: FloatArray, speed_reference: float, table: Record, work: Record, index: int) -> None:
     """The sample of a state that lies on the grid, as entry `index`."""
     torque = 0.0
     for k in range(7):

@@ -89,7 +89,7 @@ def radau(
             return full
 
         edges = {0: (-1, 1), 1: (1,), -1: (-1,)}[zone]
-        events = [_edge(side * rig.omega_s, direction=side if zone == 0 else -side) for side in edges]
+        events = [_Edge(side * rig.omega_s, direction=side if zone == 0 else -side) for side in edges]
         piece = solve_ivp(
             rates,
             (time, times[-1]),
@@ -106,7 +106,7 @@ def radau(
         sampled = np.reshape(piece.y, (7, -1)).T  # SciPy gives an empty list where an event came first
         states[done : done + len(sampled)] = sampled
         done += len(sampled)
-        if piece.status == 1:
+        if piece.t_events is not None and piece.y_events is not None and piece.status == 1:
             hit = next(k for k in range(len(edges)) if piece.t_events[k].size)
             time, x = float(piece.t_events[hit][0]), np.array(piece.y_events[hit][0])
             x[2] = edges[hit] * rig.omega_s
@@ -114,11 +114,14 @@ def radau(
     return states
 
 
-def _edge(speed: float, direction: int):  # type: ignore[no-untyped-def]
+class _Edge:
     """An event of `solve_ivp`: the bit speed crosses `speed` in `direction`, which ends the piece."""
 
-    def crossing(_t: float, x: FloatArray) -> float:
-        return float(x[2]) - speed
+    terminal = True
 
-    crossing.terminal, crossing.direction = True, direction  # type: ignore[attr-defined]
-    return crossing
+    def __init__(self, speed: float, direction: float) -> None:
+        self.speed = speed
+        self.direction = direction
+
+    def __call__(self, _time: float, x: FloatArray) -> float:
+        return float(x[2]) - self.speed

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import ceil
 from typing import Literal, TypeAlias
 
@@ -13,7 +14,7 @@ from drillrig_env.batch import advance_batch
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.ladder import LONGEST_PERIOD
 from drillrig_env.model import STATE_NAMES, check_state, string_torque
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig
 
@@ -128,21 +129,21 @@ def simulate(
     """
     rig = rig or Rig()
     friction = friction or Friction()
-    if friction.as_array().shape[0] != 1:
+    if (rigs := len(friction.as_array())) != 1:
         raise ValueError(
-            f"simulate: friction for {friction.as_array().shape[0]} rigs; allowed: one rig here; use simulate_batch for many"
+            f"simulate: friction for {rigs} rigs is not allowed; allowed: one rig; simulate_batch takes many"
         )
     for name, value, unit in (("duration", duration, "s"), ("sample_period", sample_period, "s")):
         if not POSITIVE.holds(value):
             raise refuse("simulate", name, value, unit, POSITIVE)
-    if method not in ("fast", "vode", "radau"):
-        raise ValueError(f"simulate: method = {method!r} is not allowed; allowed: 'fast', 'vode', 'radau'")
+    if method not in _METHODS:
+        raise ValueError(f"simulate: method = {method!r} is not known; {closest(method, _METHODS)}")
     references = _schedule("speed_reference", speed_reference, "rad/s")
     forces = _schedule("normal_force", float(friction.as_array()[0, 0]) if normal_force is None else normal_force, "N")
     count = int(np.floor(duration / sample_period + _TIME_TOLERANCE))
     if count < 1:
         raise refuse("simulate", "sample_period", sample_period, "s", f"<= duration = {duration}")
-    time = np.arange(count + 1) * sample_period
+    time = sample_period * np.arange(count + 1, dtype=float)
     state = np.empty((count + 1, 7))
     state[0] = check_state(rig, initial_state)
 
@@ -151,9 +152,8 @@ def simulate(
     for begin, end in zip(switches, [*switches[1:], time[-1]], strict=True):
         inside = (time > begin + _TIME_TOLERANCE) & (time < end - _TIME_TOLERANCE)
         stops = np.concatenate([[begin], time[inside], [end]])
-        at = {"rig": rig, "friction": replace(friction, normal_force=_value_at(forces, begin))}
-        solve = {"fast": _fast, "vode": vode, "radau": radau}[method]
-        states = solve(**at, speed_reference=_value_at(references, begin), state=x, times=stops)
+        pressed = replace(friction, normal_force=_value_at(forces, begin))
+        states = _METHODS[method](rig, pressed, _value_at(references, begin), x, stops)
         state[inside] = states[:-1]
         x = states[-1]
         state[np.abs(time - end) <= _TIME_TOLERANCE] = x
@@ -189,13 +189,18 @@ def _fast(rig: Rig, friction: Friction, speed_reference: float, state: FloatArra
     return states
 
 
+_METHODS = {"fast": _fast, "vode": vode, "radau": radau}
+
+
 def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, float]]:
-    pairs = [(0.0, float(schedule))] if np.isscalar(schedule) else [(float(t), float(v)) for t, v in schedule]  # type: ignore[union-attr,arg-type]
+    if isinstance(schedule, int | float | np.number):
+        schedule = [(0.0, float(schedule))]
+    pairs = [(float(time), float(value)) for time, value in schedule]
     if not pairs or pairs[0][0] != 0.0:
         first = pairs[0][0] if pairs else "none"
         raise refuse("simulate", f"first time of {name}", first, "s", "0")
     times = [t for t, _ in pairs]
-    if not all(np.isfinite(times)) or any(b - a <= _TIME_TOLERANCE for a, b in zip(times, times[1:], strict=False)):
+    if not all(np.isfinite(times)) or any(b - a <= _TIME_TOLERANCE for a, b in pairwise(times)):
         raise refuse("simulate", f"times of {name}", times, "s", "ascending, finite")
     for _, value in pairs:
         if not NOT_NEGATIVE.holds(value):

@@ -6,6 +6,8 @@ stick-slip. The factor 2 is part of the definition.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from drillrig_env.compiled import compiled
@@ -35,12 +37,12 @@ def stick_slip_index(lowest: Quantity, highest: Quantity, mean: Quantity) -> Flo
 
 
 @compiled
-def is_calm(lowest, highest, mean):  # type: ignore[no-untyped-def]
+def is_calm(lowest: Any, highest: Any, mean: Any) -> Any:
     """Whether windows of bit speed are calm, SSI < CALM_INDEX; numbers or arrays."""
     return (highest - lowest < CALM_INDEX * 2.0 * mean) & (mean > LEAST_MEAN)
 
 
 @compiled
-def is_mitigated(lowest, highest, mean, target):  # type: ignore[no-untyped-def]
+def is_mitigated(lowest: Any, highest: Any, mean: Any, target: Any) -> Any:
     """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays."""
     return is_calm(lowest, highest, mean) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)

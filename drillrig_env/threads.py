@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
+from itertools import pairwise
 
 from drillrig_env.parameters import refuse
 
@@ -37,7 +38,7 @@ def over_slices(kernel: Callable[[slice], object], rigs: int, threads: int) -> N
         kernel(slice(0, rigs))
         return
     edges = [rigs * i // workers for i in range(workers + 1)]
-    slices = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    slices = [slice(a, b) for a, b in pairwise(edges)]
     others = [_pool(os.getpid()).submit(kernel, part) for part in slices[1:]]
     kernel(slices[0])
     for other in others:

@@ -35,7 +35,7 @@ def test_figure_4_7_goes_to_stick_slip_although_calm_rotation_is_locally_stable(
     stepped_on = simulate(friction=friction, speed_reference=3.0, normal_force=[(0, 0.0), (50, 25.0)], duration=200)
     assert swing(simulate(speed_reference=3.0, normal_force=0.0, duration=50)) < 0.01
     assert sticks(stepped_on)
-    nearby = steady_state(Rig(), friction, 3.0) + [0, 0, 0.01, 0, 0, 0, 0]
+    nearby = steady_state(Rig(), friction, 3.0) + 0.01 * np.eye(7)[2]
     assert swing(simulate(friction=friction, initial_state=nearby, speed_reference=3.0, duration=200)) < 0.01
 
 

@@ -97,5 +97,5 @@ def test_samples_inside_a_period_lie_on_the_solution():
 
 @pytest.mark.parametrize("period", [0.0, -0.1, 0.11, float("nan")])
 def test_impossible_period_is_refused(period):
-    with pytest.raises(ValueError, match="period = .* s is not allowed"):
+    with pytest.raises(ValueError, match=r"period = .* s is not allowed"):
         ladder(Rig(), period)

@@ -56,7 +56,7 @@ def test_wrong_file_names_file_key_value_unit_and_range(tmp_path, old, new, word
     path = tmp_path / "bench.toml"
     Rig().to_toml(path)
     path.write_text(path.read_text().replace(old, new))
-    with pytest.raises(ValueError, match="bench.toml") as caught:
+    with pytest.raises(ValueError, match=r"bench\.toml") as caught:
         Rig.from_toml(path)
     for word in words:
         assert word in str(caught.value)

@@ -9,11 +9,13 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
+import numpy.typing as npt
 
-from drillrig_env.compiled import compiled, inlined
+from drillrig_env.compiled import Record, Records, compiled, inlined
 from drillrig_env.env.reward import reward_terms, update_statistics
 from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS
 from drillrig_env.env.sensors import CHANNELS, LIMIT
+from drillrig_env.friction import FloatArray
 from drillrig_env.ladder import SAMPLES, STATE
 from drillrig_env.propagator import WORKSPACE, advance
 from drillrig_env.stick_slip import STUCK_SPEED
@@ -71,7 +73,16 @@ SETTINGS = np.dtype(
 
 
 @compiled
-def step_rigs(rigs, actions, settings, rungs, sampling, shift, layout, observations):  # type: ignore[no-untyped-def]
+def step_rigs(
+    rigs: Records,
+    actions: npt.NDArray[np.float32],
+    settings: Records,
+    rungs: Records,
+    sampling: Records,
+    shift: FloatArray,
+    layout: FloatArray,
+    observations: npt.NDArray[np.float32],
+) -> None:
     """Step every rig whose episode is not over by one control step, in place.
 
     `rigs` is an array of RIG, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
@@ -88,7 +99,7 @@ def step_rigs(rigs, actions, settings, rungs, sampling, shift, layout, observati
 
 
 @compiled
-def observe_rigs(rigs, layout, observations):  # type: ignore[no-untyped-def]
+def observe_rigs(rigs: Records, layout: FloatArray, observations: npt.NDArray[np.float32]) -> None:
     """Fill the observations, shape (n, channels), of all rigs."""
     values = np.empty(_CHANNELS)
     for n in range(rigs.shape[0]):
@@ -96,7 +107,9 @@ def observe_rigs(rigs, layout, observations):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _step(rig, action, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
+def _step(
+    rig: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record
+) -> None:
     action = min(max(float(action), -1.0), 1.0)
     rig.speed_reference = min(max(rig.speed_reference + action * s.slew, 0.0), LARGEST_REFERENCE)
     now = rig.step * CONTROL_PERIOD
@@ -125,7 +138,7 @@ def _step(rig, action, s, rungs, sampling, shift, work):  # type: ignore[no-unty
 
 
 @compiled
-def _hold(rig, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
+def _hold(rig: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
     static, kinetic = rig.normal_force * s.r_1 * rig.mu_s, rig.normal_force * s.r_1 * rig.mu_k
     reference = rig.speed_reference
@@ -152,14 +165,15 @@ def _hold(rig, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _observe(rig, layout, values, observation):  # type: ignore[no-untyped-def]
+def _observe(rig: Record, layout: FloatArray, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
     """Scale the channels of `layout` into one observation; `values` follows the order of CHANNELS."""
     for i in range(7):
         values[i] = rig.state[i]
     values[7], values[8] = rig.speed_reference, rig.speed_target
     values[9], values[10] = rig.mean, sqrt(rig.variance)
     for i in range(layout.shape[0]):
-        scaled = (values[int(layout[i, 0])] - layout[i, 1]) / layout[i, 2]
+        offset = layout[i, 1] + layout[i, 3] * rig.speed_target
+        scaled = (values[int(layout[i, 0])] - offset) / layout[i, 2]
         observation[i] = min(max(scaled, -LIMIT), LIMIT)
 
 
@@ -169,7 +183,9 @@ _DEVIATION_OF_CALM = 0.02
 
 
 @compiled
-def settle_rigs(rigs, phases, settings, rungs, sampling, shift):  # type: ignore[no-untyped-def]
+def settle_rigs(
+    rigs: Records, phases: FloatArray, settings: Records, rungs: Records, sampling: Records, shift: FloatArray
+) -> None:
     """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
 
     A rig is run for 12 s or more at its speed reference. Where it then still sticks and slips, it is
@@ -186,7 +202,7 @@ def settle_rigs(rigs, phases, settings, rungs, sampling, shift):  # type: ignore
 
 
 @inlined
-def _settle(rig, s, rungs, sampling, shift, work):  # type: ignore[no-untyped-def]
+def _settle(rig: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> int:
     """Run a rig until it cycles or calms down; the period in control steps, 0 where it calmed down."""
     was_stuck, last_release, period = True, 0, 0
     for step in range(_LONGEST_SETTLING):

@@ -49,9 +49,16 @@ def update_statistics(mean: float, variance: float, bit_speed: float, gain: floa
 
 
 @inlined
-def reward_terms(  # type: ignore[no-untyped-def]
-    mean, variance, target, action, variance_weight, tracking_weight, action_weight, absolute
-):
+def reward_terms(
+    mean: float,
+    variance: float,
+    target: float,
+    action: float,
+    variance_weight: float,
+    tracking_weight: float,
+    action_weight: float,
+    absolute: bool,
+) -> tuple[float, float, float]:
     """The three terms of the reward, each zero or negative."""
     error = (mean - target) / target
     tracking = abs(error) if absolute else error * error

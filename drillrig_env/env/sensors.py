@@ -1,12 +1,14 @@
 """What the policy sees: named channels, each with its unit, offset and scale.
 
-An observation is (value - offset) / scale of its channels, clipped to +-LIMIT; `Sensors.value` turns
-it back into physical numbers by name.
+An observation is (value - offset) / scale of its channels, clipped to +-LIMIT. The offset of a speed
+is the speed target: what matters is the distance from it, and 5 % of a slow target would be lost in
+the scale of the fastest. `Sensors.value` turns an observation back into physical numbers by name.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -19,11 +21,11 @@ LIMIT = 10.0
 
 @dataclass(frozen=True)
 class Channel:
-    """One measured quantity. Its observation is (value - offset) / scale."""
+    """One measured quantity. Its observation is (value - offset) / scale; the offset "target" is the speed target."""
 
     name: str
     unit: str
-    offset: float
+    offset: float | Literal["target"]
     scale: float
     meaning: str
 
@@ -31,14 +33,14 @@ class Channel:
 CHANNELS = (
     Channel("twist_12", "rad", -0.3, 0.3, "shaft twist between disc 1 and disc 2"),
     Channel("twist_23", "rad", -1.0, 1.0, "shaft twist between disc 2 and the motor's output"),
-    Channel("bit_speed", "rad/s", 3.0, 3.0, "speed of disc 1, the bit"),
-    Channel("collar_speed", "rad/s", 3.0, 3.0, "speed of disc 2, the collars"),
-    Channel("top_speed", "rad/s", 3.0, 3.0, "speed of the motor's output"),
+    Channel("bit_speed", "rad/s", "target", 2.0, "speed of disc 1, the bit"),
+    Channel("collar_speed", "rad/s", "target", 2.0, "speed of disc 2, the collars"),
+    Channel("top_speed", "rad/s", "target", 2.0, "speed of the motor's output"),
     Channel("current", "A", 1.3, 0.5, "armature current"),
     Channel("speed_error_integral", "rad", 2.1, 1.0, "integral of speed reference less top speed"),
-    Channel("speed_reference", "rad/s", 3.0, 3.0, "speed reference omega_ref"),
+    Channel("speed_reference", "rad/s", "target", 2.0, "speed reference omega_ref"),
     Channel("speed_target", "rad/s", 3.0, 2.0, "what the operator wants, omega*"),
-    Channel("bit_speed_mean", "rad/s", 3.0, 3.0, "running mean of the bit speed"),
+    Channel("bit_speed_mean", "rad/s", "target", 1.0, "running mean of the bit speed"),
     Channel("bit_speed_deviation", "rad/s", 1.0, 1.0, "running standard deviation of the bit speed"),
 )
 """Everything that can be measured, in the order in which the batch core lays it out."""
@@ -70,8 +72,14 @@ class Sensors:
 
     @property
     def layout(self) -> np.ndarray:
-        """Columns index into CHANNELS, offset and scale, a row a channel; shape (channels, 3)."""
-        return np.array([[_NAMES.index(c.name), c.offset, c.scale] for c in self.channels], dtype=float)
+        """Columns index into CHANNELS, offset, scale and 1 where the target is the offset; shape (channels, 4)."""
+        rows = [
+            (_NAMES.index(c.name), 0.0, c.scale, 1.0)
+            if c.offset == "target"
+            else (_NAMES.index(c.name), c.offset, c.scale, 0.0)
+            for c in self.channels
+        ]
+        return np.array(rows, dtype=float)
 
     def value(self, observation: np.ndarray, name: str) -> np.ndarray:
         """A channel's physical value from observations of shape (..., channels); shape (...)."""
@@ -79,7 +87,8 @@ class Sensors:
             raise ValueError(f"the sensors {self.name!r} have no channel {name!r}; {closest(name, self.names)}")
         index = self.names.index(name)
         channel = self.channels[index]
-        return np.asarray(observation, dtype=float)[..., index] * channel.scale + channel.offset
+        offset = self.value(observation, "speed_target") if channel.offset == "target" else channel.offset
+        return np.asarray(np.asarray(observation, dtype=float)[..., index] * channel.scale + offset)
 
     def values(self, observation: np.ndarray) -> dict[str, np.ndarray]:
         """All channels' physical values by name."""
@@ -89,7 +98,7 @@ class Sensors:
         """The layout as a Markdown table: index, name, unit, meaning, offset and scale."""
         rows = ["| | channel | unit | meaning | offset | scale |", "|---|---|---|---|---|---|"]
         rows += [
-            f"| {i} | `{c.name}` | {c.unit} | {c.meaning} | {c.offset:g} | {c.scale:g} |"
+            f"| {i} | `{c.name}` | {c.unit} | {c.meaning} | {c.offset} | {c.scale} |"
             for i, c in enumerate(self.channels)
         ]
         return "\n".join(rows)

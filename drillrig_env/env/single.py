@@ -20,8 +20,7 @@ _ACTION_SHAPE = (1,)
 
 
 class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
-    """
-    ## Description
+    """## Description
     A drill string winds up like a spring: the bit sticks, breaks loose, races at twice its speed and
     sticks again. The environment is a laboratory rig that shows this stick-slip vibration: two discs
     on a thin shaft, a DC motor with a PI speed loop, and a brake pin whose dry friction stands for the
@@ -43,21 +42,22 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
 
     ## Observation Space
     `Box(-10, 10, (11,), float32)` for `sensors="state"`. Each channel is (value - offset) / scale,
-    clipped to +-10; `env.unwrapped.sensors.value(observation, name)` gives the physical value back.
+    clipped to +-10; the offset "target" is the speed target. `env.unwrapped.sensors.value(observation,
+    name)` gives the physical value back.
 
     | Num | Channel | Unit | Offset | Scale |
     |---|---|---|---|---|
     | 0 | `twist_12`, shaft twist between disc 1 (bit) and disc 2 (collars) | rad | -0.3 | 0.3 |
-    | 1 | `twist_23`, shaft twist between disc 2 and the motor's output | rad | -1 | 1 |
-    | 2 | `bit_speed`, speed of disc 1 | rad/s | 3 | 3 |
-    | 3 | `collar_speed`, speed of disc 2 | rad/s | 3 | 3 |
-    | 4 | `top_speed`, speed of the motor's output | rad/s | 3 | 3 |
+    | 1 | `twist_23`, shaft twist between disc 2 and the motor's output | rad | -1.0 | 1.0 |
+    | 2 | `bit_speed`, speed of disc 1 | rad/s | target | 2.0 |
+    | 3 | `collar_speed`, speed of disc 2 | rad/s | target | 2.0 |
+    | 4 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 |
     | 5 | `current`, of the armature | A | 1.3 | 0.5 |
-    | 6 | `speed_error_integral`, of speed reference less top speed | rad | 2.1 | 1 |
-    | 7 | `speed_reference` | rad/s | 3 | 3 |
-    | 8 | `speed_target`, what the operator wants | rad/s | 3 | 2 |
-    | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | 3 | 3 |
-    | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1 | 1 |
+    | 6 | `speed_error_integral`, of speed reference less top speed | rad | 2.1 | 1.0 |
+    | 7 | `speed_reference` | rad/s | target | 2.0 |
+    | 8 | `speed_target`, what the operator wants | rad/s | 3.0 | 2.0 |
+    | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | target | 1.0 |
+    | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1.0 | 1.0 |
 
     ## Rewards
     With m and V the exponentially weighted mean and variance of the bit speed (time constant 2.5 s,

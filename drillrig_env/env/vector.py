@@ -120,14 +120,17 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
     def _seed(self, seed: int | Sequence[int | None] | None) -> None:
         if seed is None and self._generators:
             return
-        seeds = [None if seed is None else seed + i for i in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)  # type: ignore[arg-type,operator]
+        if seed is None:
+            seeds: list[int | None] = [None] * self.num_envs
+        else:
+            seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else list(seed)
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds are not allowed; allowed: one number, or {self.num_envs}")
-        old = self._generators or [None] * self.num_envs
-        self._generators = [
-            generator if generator is not None and one is None else seeding.np_random(one)[0]
-            for one, generator in zip(seeds, old, strict=True)
-        ]
+        if not self._generators:
+            self._generators = [seeding.np_random()[0] for _ in seeds]
+        for i, one in enumerate(seeds):
+            if one is not None:
+                self._generators[i] = seeding.np_random(one)[0]
 
 
 def check_actions(actions: npt.NDArray[np.float32], rigs: int) -> npt.NDArray[np.float32]:

@@ -18,6 +18,7 @@ try:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.figure import Figure
 except ImportError as error:
     raise ImportError("pictures need Matplotlib; install it with: pip install 'drillrig[plot]'") from error
 
@@ -82,7 +83,7 @@ def _one(friction: Friction, rig: int) -> Friction:
     return Friction(*friction.as_array()[rig].tolist())
 
 
-def _save(figure: plt.Figure, path: Path, bottom: float = 0.0) -> None:
+def _save(figure: Figure, path: Path, bottom: float = 0.0) -> None:
     figure.tight_layout(rect=(0.0, bottom, 1.0, 1.0))
     figure.savefig(path, dpi=150)
     plt.close(figure)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -42,7 +44,7 @@ def median(values: npt.NDArray[np.float64]) -> Estimate:
     return _bootstrapped(np.asarray(values, dtype=float), np.median)
 
 
-def _bootstrapped(values: npt.NDArray[np.float64], statistic) -> Estimate:  # type: ignore[no-untyped-def]
+def _bootstrapped(values: npt.NDArray[np.float64], statistic: Callable[..., Any]) -> Estimate:
     count = len(values)
     if count < 2 or np.ptp(values) == 0.0:
         value = float(statistic(values)) if count else np.nan

@@ -55,14 +55,15 @@ def minor_polynomials(rig: Rig) -> list[Chebyshev]:
     Delta_i has degree i at most, so its interpolant at i + 1 points is the polynomial itself. Each
     object evaluates, differentiates and has `roots()`.
     """
-    domain = (-_SLOPE_SCALE, _SLOPE_SCALE)
     minors = []
     for i in range(7):
-        minor = Chebyshev.interpolate(
-            lambda slopes, i=i: np.array([hurwitz_minors(rig, slope)[i] for slope in slopes]), i + 1, domain
-        )
+
+        def minor(slopes: FloatArray, i: int = i) -> FloatArray:
+            return np.array([hurwitz_minors(rig, slope)[i] for slope in slopes])
+
+        polynomial = Chebyshev.interpolate(minor, i + 1, (-_SLOPE_SCALE, _SLOPE_SCALE))
         # The true degree may be lower (Delta_7 = a_7 Delta_6, and a_7 is constant): drop rounding noise.
-        minors.append(minor.trim(1e-12 * np.abs(minor.coef).max()))
+        minors.append(polynomial.trim(1e-12 * np.abs(polynomial.coef).max()))
     return minors
 
 

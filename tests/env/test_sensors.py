@@ -44,4 +44,4 @@ def test_docstring_of_the_environment_lists_every_channel():
     for channel in Sensors.named("state").channels:
         row = next(line for line in DrillRigEnv.__doc__.splitlines() if f"`{channel.name}`" in line and "|" in line)
         cells = [cell.strip() for cell in row.split("|")]
-        assert cells[3:6] == [channel.unit, f"{channel.offset:g}", f"{channel.scale:g}"]
+        assert cells[3:6] == [channel.unit, f"{channel.offset}", f"{channel.scale}"]

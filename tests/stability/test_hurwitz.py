@@ -32,7 +32,7 @@ def test_polynomial_4_22_has_the_eigenvalues_as_roots(slope):
 
 
 def test_hurwitz_matrix_is_laid_out_as_in_4_23():
-    matrix = hurwitz_matrix(np.arange(8.0) + [1, 0, 0, 0, 0, 0, 0, 0])
+    matrix = hurwitz_matrix(np.array([1.0, 1, 2, 3, 4, 5, 6, 7]))
     assert matrix[0].tolist() == [1, 3, 5, 7, 0, 0, 0]
     assert matrix[1].tolist() == [1, 2, 4, 6, 0, 0, 0]
     assert matrix[5].tolist() == [0, 0, 1, 2, 4, 6, 0]

@@ -1,0 +1,128 @@
+"""Scores against episodes made by hand, where the answer is known."""
+
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Rig
+from drillrig_env.evaluation.runner import Episodes, run
+from drillrig_env.evaluation.scores import SCORES, score
+from drillrig_env.evaluation.suites import EVALUATION_SEEDS, chapter_suite, suite
+from drillrig_env.stick_slip import stick_slip_index
+
+
+def episode(lowest, highest, average, target=2.0, **changes):
+    steps = len(lowest)
+    values = {
+        "rig": Rig(),
+        "speed_target": np.array([target]),
+        "friction": Friction(np.array([20.0]), np.array([0.5]), np.array([0.306]), np.array([1.0])),
+        "start": np.array(["stick_slip"]),
+        "lowest": np.array([lowest], dtype=float),
+        "highest": np.array([highest], dtype=float),
+        "average": np.array([average], dtype=float),
+        "stuck": np.zeros((1, steps)),
+        "highest_torque": np.ones((1, steps)),
+        "speed_reference": np.full((1, steps), 2.0),
+        "reward": np.full((1, steps), -0.25),
+    }
+    return Episodes(**{**values, **changes})
+
+
+def scored(*args, **kwargs):
+    return {name: values[0] for name, values in score(episode(*args, **kwargs)).items()}
+
+
+CALM = ([2.0] * 600, [2.01] * 600, [2.005] * 600)
+
+
+def test_full_stick_slip_has_index_one():
+    assert stick_slip_index(0.0, 4.0, 2.0) == 1.0
+    assert stick_slip_index(0.0, 0.0, 0.0) == np.inf
+    result = scored([0.0] * 600, [4.0] * 600, [2.0] * 600)
+    assert (result["ssi"], result["calm"], result["mitigated"]) == (1.0, False, False)
+    assert result["time_to_calm"] == 60.0
+    assert result["peak_speed"] == 2.0
+
+
+def test_calm_at_the_target_is_mitigated_from_the_first_window_on():
+    result = scored(*CALM)
+    assert result["calm"]
+    assert result["mitigated"]
+    assert result["time_to_calm"] == pytest.approx(5.0)
+    assert result["cost"] == 0.25
+
+
+def test_standing_still_is_not_calm():
+    assert not scored([0.0] * 600, [1e-4] * 600, [5e-5] * 600)["calm"]
+
+
+@pytest.mark.parametrize(("mean", "mitigated"), [(2.099, True), (2.101, False), (1.901, True), (1.899, False)])
+def test_mitigated_asks_for_a_mean_within_five_percent(mean, mitigated):
+    result = scored([mean] * 600, [mean] * 600, [mean] * 600)
+    assert result["calm"]
+    assert result["mitigated"] == mitigated
+
+
+def test_time_to_calm_counts_from_the_last_shake():
+    lowest, highest = np.full(600, 2.0), np.full(600, 2.01)
+    highest[199] = 3.0  # the trailing 5 s are calm again once they begin after step 200
+    result = scored(lowest, highest, np.full(600, 2.0))
+    assert result["time_to_calm"] == pytest.approx(20.0 + 5.0)
+
+
+def test_only_the_last_ten_seconds_count_for_the_verdict():
+    lowest = np.full(600, 2.0)
+    lowest[499] = 0.0
+    assert scored(lowest, np.full(600, 2.0), np.full(600, 2.0))["mitigated"]
+    lowest[500] = 0.0
+    assert not scored(lowest, np.full(600, 2.0), np.full(600, 2.0))["mitigated"]
+
+
+def test_travel_stuck_torque_and_region():
+    reference = np.concatenate([np.linspace(1.0, 3.0, 300), np.linspace(3.0, 2.0, 300)])[None]
+    result = scored(*CALM, speed_reference=reference, stuck=np.full((1, 600), 0.2))
+    assert result["travel"] == pytest.approx(3.0)
+    assert result["stuck"] == pytest.approx(0.2)
+    steady = Friction(20.0).torque(Rig(), 2.0)
+    assert result["peak_torque"] == pytest.approx(1.0 / steady)
+    assert result["critical_speed"] == pytest.approx(2.688, abs=1e-3)
+    assert (result["region"], scored(*CALM, target=3.0)["region"]) == ("below", "above")
+    assert result["hardness"] == pytest.approx(20 * 0.0485 * 0.194 * np.exp(-2.0) / 0.0127986, rel=1e-4)
+
+
+def test_every_documented_score_is_there():
+    assert set(SCORES) <= set(score(episode(*CALM)))
+
+
+class Hold:
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros((len(observation), 1), np.float32), None
+
+
+def test_a_run_twice_is_the_same_run_and_agrees_with_the_environments_verdict():
+    import gymnasium as gym
+
+    first, second = (score(run(Hold(), suite("default", 30))) for _ in range(2))
+    for name in first:
+        np.testing.assert_array_equal(first[name], second[name])
+    env = gym.make_vec("DrillRig-v0", num_envs=30)
+    env.reset(seed=EVALUATION_SEEDS, options={"start": "stick_slip", "load_steps": []})
+    for _ in range(600):
+        *_, info = env.step(np.zeros((30, 1), np.float32))
+    np.testing.assert_array_equal(info["is_success"], first["mitigated"])
+
+
+def test_chapter_suite_holds_the_chapters_cases():
+    chapter = chapter_suite()
+    episodes = run(Hold(), chapter)
+    assert chapter.rigs == len(episodes.speed_target) == 44
+    assert set(np.asarray(episodes.friction.normal_force)) == {10.0, 20.0, 25.0}
+    assert episodes.speed_target[-2:].tolist() == [3.0, 3.14]
+    assert set(np.asarray(episodes.friction.mu_s)) == {0.5}
+
+
+def test_unknown_suite_is_refused():
+    with pytest.raises(ValueError, match="did you mean default"):
+        suite("defaults")
+    with pytest.raises(ValueError, match="rigs = 0"):
+        suite("default", 0)
