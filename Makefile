@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
+DEMO := results/demo
 
 # One thread for BLAS and PyTorch: faster for networks and matrices of this size.
 export OMP_NUM_THREADS := 1
@@ -12,7 +13,9 @@ export MKL_NUM_THREADS := 1
 .PHONY: demo test slow lint benchmark clean
 
 demo: $(READY)  ## Train a PPO agent briefly, then compare it with the baselines on 1,000 random rigs
-	$(BIN)/python demo.py
+	rm -rf $(DEMO)
+	$(BIN)/python train.py ppo --run-folder $(DEMO)/ppo
+	$(BIN)/python eval.py constant jump_ease $(DEMO)/ppo --output $(DEMO)
 
 test: $(READY) lint  ## Linters, type checker and the fast tests
 	$(BIN)/python -m pytest -n 2

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 import baselines
 from agents.run_folder import is_run, load_policy
@@ -41,7 +41,7 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     try:
-        policies = {Path(name).name: find_policy(name) for name in arguments.policies}
+        policies = {label(name, arguments.policies): find_policy(name) for name in arguments.policies}
         suites = [suite(name, arguments.rigs) for name in arguments.suite]
     except (ValueError, OSError) as error:
         parser.error(str(error))
@@ -59,6 +59,12 @@ def main() -> None:
     config = {"policies": arguments.policies, "suites": arguments.suite, "rigs": arguments.rigs}
     write_json(arguments.output / "results.json", config, results)
     print(f"results.csv, results.json and pictures: {arguments.output.resolve()}")
+
+
+def label(name: str, others: list[str]) -> str:
+    """The name in the table: the last part of a run's path, or all of it where two end alike."""
+    last = Path(name).name
+    return last if [Path(other).name for other in others].count(last) == 1 else name
 
 
 def find_policy(name: str) -> Policy:

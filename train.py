@@ -32,6 +32,7 @@ def main() -> None:
     parser.add_argument(
         "-f", "--log-folder", type=Path, default=Path("runs"), help="parent of run folders (default: runs)"
     )
+    parser.add_argument("--run-folder", type=Path, help="the run's own folder instead; it must not exist yet")
     parser.add_argument(
         "-params", "--hyperparams", nargs="+", default=[], metavar="NAME:VALUE", help="change hyperparameters"
     )
@@ -51,6 +52,7 @@ def main() -> None:
                 hyperparams=pairs(arguments.hyperparams),
                 env_kwargs=pairs(arguments.env_kwargs),
                 log_folder=arguments.log_folder,
+                run_folder=arguments.run_folder,
                 tensorboard=not arguments.no_tensorboard,
                 progress=not arguments.no_progress,
             )

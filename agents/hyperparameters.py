@@ -17,7 +17,7 @@ ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC}
 """The algorithms by the name that the command line takes."""
 
 _FOLDER = Path(__file__).parent / "hyperparams"
-_OURS = ("n_envs", "n_timesteps", "policy")  # used by training itself, not by the algorithm
+_OURS = ("n_envs", "n_timesteps", "env_kwargs", "policy")  # used by training itself, not by the algorithm
 _FIXED = ("self", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model", "device")
 
 
@@ -46,7 +46,7 @@ def hyperparameters(algorithm: str, env_id: str, changes: Mapping[str, Any] | No
 
 def algorithm_arguments(chosen: Mapping[str, Any]) -> dict[str, Any]:
     """What goes to the algorithm itself, with schedules such as `lin_8e-4` as functions."""
-    arguments = {name: value for name, value in chosen.items() if name not in ("n_envs", "n_timesteps")}
+    arguments = {name: value for name, value in chosen.items() if name not in ("n_envs", "n_timesteps", "env_kwargs")}
     for name in ("learning_rate", "clip_range"):
         if isinstance(arguments.get(name), str):
             arguments[name] = schedule(arguments[name])

@@ -13,11 +13,15 @@ from agents.hyperparameters import ALGORITHMS
 MODEL, CONFIG = "model.zip", "config.json"
 
 
-def new_run(parent: Path, algorithm: str) -> Path:
-    """Make the next free folder `<parent>/<algorithm>_<number>`."""
+def new_run(parent: Path, algorithm: str, folder: Path | None = None) -> Path:
+    """Make `folder`, or the next free `<parent>/<algorithm>_<number>`. `ValueError` where `folder` is there already."""
     number = 1
-    while (folder := parent / f"{algorithm}_{number}").exists():
+    while folder is None:
+        candidate = parent / f"{algorithm}_{number}"
+        folder = None if candidate.exists() else candidate
         number += 1
+    if folder.exists():
+        raise ValueError(f"run folder {folder} is there already; choose another, or remove it")
     folder.mkdir(parents=True)
     return folder
 

@@ -28,8 +28,9 @@ class Training:
     seed: int = 0
     n_timesteps: int | None = None  # default: the hyperparameter file's
     hyperparams: Mapping[str, Any] = field(default_factory=dict)  # changes to the file's
-    env_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    env_kwargs: Mapping[str, Any] = field(default_factory=dict)  # beside the file's
     log_folder: Path = Path("runs")
+    run_folder: Path | None = None  # default: the next free one in log_folder
     tensorboard: bool = True
     progress: bool = True
 
@@ -47,13 +48,14 @@ def train(training: Training) -> Path:
     if not 0 <= training.seed < EVALUATION_SEEDS - chosen["n_envs"]:
         raise refuse("train", "seed", training.seed, "", f"0 to {EVALUATION_SEEDS - chosen['n_envs'] - 1}")
     torch.set_num_threads(1)  # faster than two for networks of this size
-    env = drillrig_env.make_sb3(chosen["n_envs"], seed=training.seed, **training.env_kwargs)
+    env_kwargs = {**chosen.get("env_kwargs", {}), **training.env_kwargs}
+    env = drillrig_env.make_sb3(chosen["n_envs"], seed=training.seed, **env_kwargs)
     model = ALGORITHMS[training.algorithm](env=env, seed=training.seed, device="cpu", **algorithm_arguments(chosen))
-    folder = new_run(training.log_folder, training.algorithm)
+    folder = new_run(training.log_folder, training.algorithm, training.run_folder)
     config = {
         "algorithm": training.algorithm,
         "env_id": training.env_id,
-        "env_kwargs": dict(training.env_kwargs),
+        "env_kwargs": env_kwargs,
         "seed": training.seed,
         "hyperparameters": chosen,
         "command": sys.argv,

@@ -37,7 +37,7 @@ class RigBatch:
         rig: Rig | None = None,
         scenario: str | Scenario = "default",
         sensors: str = "state",
-        reward: Reward | None = None,
+        reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,
         duration: float = 60.0,
         threads: int | None = None,
@@ -52,7 +52,7 @@ class RigBatch:
         self.rig = rig or Rig()
         self.scenario = Scenario.named(scenario)
         self.sensors = Sensors.named(sensors)
-        self.reward = reward or Reward()
+        self.reward = reward if isinstance(reward, Reward) else Reward(**(reward or {}))
         self.duration = duration
         self.steps = steps
         self.slew_limit = slew_limit

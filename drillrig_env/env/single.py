@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -95,7 +96,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | `rig` | `Rig()` | the rig; default the chapter's |
     | `scenario` | `"default"` | `"nominal"` (the chapter's friction at 10 N), `"default"`, `"wide"`, or a `Scenario` |
     | `sensors` | `"state"` | the channels that the policy sees |
-    | `reward` | `Reward()` | weights and shape of the reward |
+    | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
     | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
     | `duration` | `60.0` | length of an episode, s |
 
@@ -112,7 +113,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         rig: Rig | None = None,
         scenario: str | Scenario = "default",
         sensors: str = "state",
-        reward: Reward | None = None,
+        reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,
         duration: float = 60.0,
         render_mode: str | None = None,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         rig: Rig | None = None,
         scenario: str | Scenario = "default",
         sensors: str = "state",
-        reward: Reward | None = None,
+        reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,
         duration: float = 60.0,
         threads: int | None = None,

@@ -22,31 +22,37 @@ try:
 except ImportError as error:
     raise ImportError("pictures need Matplotlib; install it with: pip install 'drillrig[plot]'") from error
 
-_BIT, _REFERENCE, _TARGET = "#1f5fa8", "#d1651f", "0.35"
+_BIT, _TOP, _REFERENCE = "#1f5fa8", "#5aa84f", "#d1651f"
 _GOOD, _BAD = "#1f5fa8", "#d1651f"
 
 
 def plot_histories(runs: Mapping[str, Episodes], rig: int, path: Path) -> None:
-    """Bit speed and speed reference of one rig of a suite over time, a panel a policy, as PNG.
+    """Bit speed, top speed and speed reference of one rig of a suite over time, a panel a policy, as PNG.
 
-    The band spans lowest and highest bit speed of each control step.
+    The bit speed is a band from its lowest to its highest value in each control step.
     """
-    figure, panels = plt.subplots(len(runs), 1, figsize=(8, 1.2 + 2.0 * len(runs)), sharex=True, squeeze=False)
+    first = next(iter(runs.values()))
+    target, friction = float(first.speed_target[rig]), Friction(*first.friction.as_array()[rig].tolist())
+    figure, panels = plt.subplots(
+        len(runs), 1, figsize=(8, 1.4 + 1.9 * len(runs)), sharex=True, sharey=True, squeeze=False
+    )
     for panel, (name, episodes) in zip(panels[:, 0], runs.items(), strict=True):
         time = CONTROL_PERIOD * np.arange(1, episodes.lowest.shape[1] + 1)
         panel.fill_between(time, episodes.lowest[rig], episodes.highest[rig], color=_BIT, lw=0.8, label="bit speed")
-        panel.plot(time, episodes.average[rig], color=_BIT, lw=1.2)
-        panel.plot(time, episodes.speed_reference[rig], color=_REFERENCE, lw=1.6, label="speed reference")
-        panel.axhline(episodes.speed_target[rig], color=_TARGET, lw=1.0, ls="--", label="target")
-        omega_c = float(np.atleast_1d(critical_speed(episodes.rig, _one(episodes.friction, rig)))[0])
-        panel.axhline(omega_c, color=_TARGET, lw=1.0, ls=":", label="critical speed")
+        panel.plot(time, episodes.average[rig], color=_BIT, lw=1.0)
+        panel.plot(time, episodes.top_speed[rig], color=_TOP, lw=1.2, label="top speed")
+        panel.plot(time, episodes.speed_reference[rig], color=_REFERENCE, lw=1.4, label="speed reference")
+        panel.axhline(target, color="0.1", lw=1.0, ls="--", label="target")
+        panel.axhline(
+            float(critical_speed(episodes.rig, friction)), color="0.1", lw=1.2, ls=":", label="critical speed"
+        )
         panel.set_title(name, loc="left", fontsize=10)
-        panel.set_ylabel("rad/s")
-        panel.set_ylim(bottom=-0.2)
+        panel.set_ylabel("speed, rad/s")
         panel.grid(alpha=0.25)
-    panels[0, 0].legend(loc="upper right", ncols=4, fontsize=8)
     panels[-1, 0].set_xlabel("time, s")
-    target, force = episodes.speed_target[rig], float(np.asarray(episodes.friction.normal_force)[rig])
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=5, fontsize=9, frameon=False)
+    force = float(friction.normal_force)
     figure.suptitle(f"One rig under each policy: target {target:.2f} rad/s, normal force {force:.1f} N", fontsize=11)
     _save(figure, path)
 
@@ -76,14 +82,12 @@ def plot_map(runs: Mapping[str, Mapping[str, np.ndarray]], rig: Rig, path: Path)
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3, fontsize=9, frameon=False)
     figure.suptitle("The critical speed is drawn for the nominal friction; each rig has its own", fontsize=9)
-    _save(figure, path, bottom=0.07)
+    _save(figure, path)
 
 
-def _one(friction: Friction, rig: int) -> Friction:
-    return Friction(*friction.as_array()[rig].tolist())
-
-
-def _save(figure: Figure, path: Path, bottom: float = 0.0) -> None:
-    figure.tight_layout(rect=(0.0, bottom, 1.0, 1.0))
+def _save(figure: Figure, path: Path) -> None:
+    """Save with room for the legend below."""
+    inches = 0.35
+    figure.tight_layout(rect=(0.0, inches / figure.get_size_inches()[1], 1.0, 1.0))
     figure.savefig(path, dpi=150)
     plt.close(figure)

@@ -23,14 +23,17 @@ _COLUMNS = (
     ("below ω_c", "mitigated", rate, "{:.3f}"),
     ("above ω_c", "mitigated", rate, "{:.3f}"),
     ("calm", "calm", rate, "{:.3f}"),
-    ("time to calm, s", "time_to_calm", median, "{:.1f}"),
-    ("stuck", "stuck", mean, "{:.3f}"),
-    ("peak speed / ω*", "peak_speed", median, "{:.2f}"),
-    ("peak torque", "peak_torque", median, "{:.2f}"),
+    ("to calm, s", "time_to_calm", median, "{:.1f}"),
     ("cost", "cost", mean, "{:.3f}"),
+    ("stuck", "stuck", mean, "{:.3f}"),
+    ("peak speed", "peak_speed", median, "{:.2f}"),
+    ("peak torque", "peak_torque", median, "{:.2f}"),
     ("travel, rad/s", "travel", median, "{:.1f}"),
 )
 """Heading, score, statistic and format of every column; two columns look at one region only."""
+
+_IN_TERMINAL = 6
+"""Columns that the terminal's table shows, so that it fits 80 characters; files have all."""
 
 _REGIONS = {"below ω_c": "below", "above ω_c": "above"}
 
@@ -55,19 +58,25 @@ def markdown_table(results: Mapping[str, Scores], told: Mapping[str, bool]) -> s
 
 
 def print_table(title: str, results: Mapping[str, Scores], told: Mapping[str, bool]) -> None:
-    """Print the table in the terminal; needs `rich`, of the extra `agents`."""
+    """Print the first columns of the table in the terminal; needs `rich`, of the extra `agents`."""
+    from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    table = Table(title=title, caption="value and 95 % interval; * is told the friction; times and ratios: medians")
-    table.add_column("policy")
-    for heading, *_ in _COLUMNS:
-        table.add_column(heading, justify="right")
+    caption = "second line: 95 % interval; to calm: median; cost: mean"
+    if any(told.get(policy) for policy in results):
+        caption += "; * is told the friction"
+    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, padding=(0, 1), caption_justify="left")
+    table.add_column("policy", no_wrap=True)
+    for heading, *_ in _COLUMNS[:_IN_TERMINAL]:
+        table.add_column(heading, justify="right", no_wrap=True)
     for policy, scores in results.items():
-        table.add_row(_label(policy, told), *(cell.replace(" (", "\n(") for cell in _cells(scores)))
+        cells = _cells(scores)[:_IN_TERMINAL]
+        table.add_row(
+            _label(policy, told), *(cell.replace(" (", "\n").replace(")", "").replace(" to ", "-") for cell in cells)
+        )
     console = Console()
-    if not console.is_terminal:
-        console.width = 170
+    console.width = max(console.width, 80)
     console.print(table)
 
 

@@ -14,6 +14,7 @@ from drillrig_env.env.core import RigBatch
 from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import EVALUATION_SEEDS, Suite
 from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.model import STATE_NAMES
 from drillrig_env.rig import Rig
 
 _TRACES = ("lowest", "highest", "average", "stuck", "highest_torque", "speed_reference", "reward")
@@ -38,7 +39,8 @@ class Episodes:
     """What a policy did with a suite: a row a rig, a column a control step.
 
     Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, highest string
-    torque (N m), speed reference (rad/s) and reward. `friction` is that of the episode's end.
+    torque (N m), speed reference and top speed (rad/s, at its end) and reward. `friction` is that of
+    the episode's end.
     """
 
     rig: Rig
@@ -51,6 +53,7 @@ class Episodes:
     stuck: FloatArray
     highest_torque: FloatArray
     speed_reference: FloatArray
+    top_speed: FloatArray
     reward: FloatArray
 
 
@@ -76,7 +79,7 @@ def run(
         core.reset(np.arange(first, first + count), generators, options)
         first += count
     start = np.array(core.starts(np.arange(suite.rigs)))
-    traces = {name: np.empty((suite.rigs, core.steps)) for name in _TRACES}
+    traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}
     tell = getattr(policy, "tell", None)
     state, begins = None, np.ones(suite.rigs, dtype=np.bool_)
     for step in range(core.steps):
@@ -87,6 +90,7 @@ def run(
         core.step(check_actions(actions, suite.rigs))
         for name in _TRACES:
             traces[name][:, step] = core.rigs[name]
+        traces["top_speed"][:, step] = core.rigs["state"][:, STATE_NAMES.index("top_speed")]
         if progress:
             progress(step + 1, core.steps)
     rigs = core.rigs

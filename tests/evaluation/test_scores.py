@@ -23,6 +23,7 @@ def episode(lowest, highest, average, target=2.0, **changes):
         "stuck": np.zeros((1, steps)),
         "highest_torque": np.ones((1, steps)),
         "speed_reference": np.full((1, steps), 2.0),
+        "top_speed": np.full((1, steps), 2.0),
         "reward": np.full((1, steps), -0.25),
     }
     return Episodes(**{**values, **changes})
