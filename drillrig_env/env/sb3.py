@@ -14,6 +14,7 @@ from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.vector import check_actions
 
 try:
+    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
     from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 except ImportError as error:
@@ -112,8 +113,8 @@ class DrillRigVecEnv(VecEnv):
         return [getattr(self, method_name)(*args, **kwargs) for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """No rig is wrapped."""
-        return [False for _ in self._get_indices(indices)]
+        """No rig is wrapped, but infos hold what a `Monitor` would report."""
+        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
     def get_images(self) -> Iterable[np.ndarray | None]:  # type: ignore[override]
         """No rendering yet."""

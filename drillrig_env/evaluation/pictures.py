@@ -40,8 +40,8 @@ def plot_histories(runs: Mapping[str, Episodes], rig: int, path: Path) -> None:
         time = CONTROL_PERIOD * np.arange(1, episodes.lowest.shape[1] + 1)
         panel.fill_between(time, episodes.lowest[rig], episodes.highest[rig], color=_BIT, lw=0.8, label="bit speed")
         panel.plot(time, episodes.average[rig], color=_BIT, lw=1.0)
-        panel.plot(time, episodes.top_speed[rig], color=_TOP, lw=1.2, label="top speed")
-        panel.plot(time, episodes.speed_reference[rig], color=_REFERENCE, lw=1.4, label="speed reference")
+        panel.plot(time, episodes.top_speed[rig], color=_TOP, lw=2.4, label="top speed")
+        panel.plot(time, episodes.speed_reference[rig], color=_REFERENCE, lw=1.1, label="speed reference")
         panel.axhline(target, color="0.1", lw=1.0, ls="--", label="target")
         panel.axhline(
             float(critical_speed(episodes.rig, friction)), color="0.1", lw=1.2, ls=":", label="critical speed"

@@ -19,18 +19,18 @@ from drillrig_env.evaluation.statistics import Estimate, mean, median, rate
 Scores = Mapping[str, npt.NDArray[Any]]
 
 _COLUMNS = (
-    ("mitigated", "mitigated", rate, "{:.3f}"),
-    ("below ω_c", "mitigated", rate, "{:.3f}"),
-    ("above ω_c", "mitigated", rate, "{:.3f}"),
-    ("calm", "calm", rate, "{:.3f}"),
-    ("to calm, s", "time_to_calm", median, "{:.1f}"),
-    ("cost", "cost", mean, "{:.3f}"),
-    ("stuck", "stuck", mean, "{:.3f}"),
-    ("peak speed", "peak_speed", median, "{:.2f}"),
-    ("peak torque", "peak_torque", median, "{:.2f}"),
-    ("travel, rad/s", "travel", median, "{:.1f}"),
+    ("mitigated", "mitigated", rate, 3),
+    ("below ω_c", "mitigated", rate, 3),
+    ("above ω_c", "mitigated", rate, 3),
+    ("calm", "calm", rate, 3),
+    ("to calm, s", "time_to_calm", median, 1),
+    ("cost", "cost", mean, 3),
+    ("stuck", "stuck", mean, 3),
+    ("peak speed", "peak_speed", median, 2),
+    ("peak torque", "peak_torque", median, 2),
+    ("travel, rad/s", "travel", median, 1),
 )
-"""Heading, score, statistic and format of every column; two columns look at one region only."""
+"""Heading, score, statistic and digits of every column; two columns look at one region only."""
 
 _IN_TERMINAL = 6
 """Columns that the terminal's table shows, so that it fits 80 characters; files have all."""
@@ -53,28 +53,26 @@ def markdown_table(results: Mapping[str, Scores], told: Mapping[str, bool]) -> s
     headings = [heading for heading, *_ in _COLUMNS]
     lines = ["| policy | " + " | ".join(headings) + " |", "|---" * (len(headings) + 1) + "|"]
     for policy, scores in results.items():
-        lines.append(f"| {_label(policy, told)} | " + " | ".join(_cells(scores)) + " |")
+        cells = (f"{value} ({interval})" if interval else value for value, interval in _cells(scores))
+        lines.append(f"| {_label(policy, told)} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
 def print_table(title: str, results: Mapping[str, Scores], told: Mapping[str, bool]) -> None:
     """Print the first columns of the table in the terminal; needs `rich`, of the extra `agents`."""
-    from rich import box
     from rich.console import Console
     from rich.table import Table
 
-    caption = "second line: 95 % interval; to calm: median; cost: mean"
+    caption = "below: 95 % interval; to calm: median, cost: mean"
     if any(told.get(policy) for policy in results):
-        caption += "; * is told the friction"
-    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, padding=(0, 1), caption_justify="left")
+        caption += "; * told the friction"
+    table = Table(title=title, caption=caption, box=None, padding=(0, 2, 0, 0), pad_edge=False, caption_justify="left")
     table.add_column("policy", no_wrap=True)
     for heading, *_ in _COLUMNS[:_IN_TERMINAL]:
         table.add_column(heading, justify="right", no_wrap=True)
     for policy, scores in results.items():
         cells = _cells(scores)[:_IN_TERMINAL]
-        table.add_row(
-            _label(policy, told), *(cell.replace(" (", "\n").replace(")", "").replace(" to ", "-") for cell in cells)
-        )
+        table.add_row(_label(policy, told), *("\n".join(cell) for cell in cells))
     console = Console()
     console.width = max(console.width, 80)
     console.print(table)
@@ -124,14 +122,16 @@ def _version(package: str) -> str | None:
         return None
 
 
-def _cells(scores: Scores) -> list[str]:
+def _cells(scores: Scores) -> list[tuple[str, str]]:
+    """Value and interval of every column as text; the interval with a digit less."""
     cells = []
-    for estimate, (*_, form) in zip(estimates(scores).values(), _COLUMNS, strict=True):
+    for estimate, (*_, digits) in zip(estimates(scores).values(), _COLUMNS, strict=True):
         if estimate.count == 0:
-            cells.append("none")
-        else:
-            value, low, high = (form.format(number) for number in (estimate.value, estimate.low, estimate.high))
-            cells.append(f"{value} ({low} to {high})" if low != high else value)
+            cells.append(("none", ""))
+            continue
+        fewer = max(digits - 1, 1)
+        interval = f"{estimate.low:.{fewer}f}-{estimate.high:.{fewer}f}" if estimate.low != estimate.high else ""
+        cells.append((f"{estimate.value:.{digits}f}", interval))
     return cells
 
 
