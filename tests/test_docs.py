@@ -1,0 +1,37 @@
+"""Every Python example in the README and in docstrings runs."""
+
+import doctest
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+
+import drillrig_env
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCKS = [
+    pytest.param(block, id=f"{page.name}-{i}")
+    for page in PAGES
+    for i, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
+]
+MODULES = sorted(module.name for module in pkgutil.walk_packages(drillrig_env.__path__, "drillrig_env."))
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+def test_example_runs(block):
+    quick = block.replace("2_000_000", "20_000")  # the training example, shortened
+    exec(compile(quick, "example", "exec"), {})
+
+
+@pytest.mark.parametrize("module", ["drillrig_env", *MODULES])
+def test_docstring_examples(module):
+    assert doctest.testmod(importlib.import_module(module)).failed == 0
+
+
+def test_links_between_pages_lead_somewhere():
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / target).exists(), f"{page.name}: {target}"
