@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -41,13 +42,8 @@ def _compile(function: F, inline: Literal["never", "always"]) -> F:
     return dispatcher  # type: ignore[no-any-return]
 
 
+@lru_cache(maxsize=1)
 def _stamp_of_package() -> tuple[tuple[str, int, int], ...]:
     """Name, modification time and size of every file of the package: kernels and the constants in them."""
-    global _stamp
-    if _stamp is None:
-        files = sorted(_PACKAGE.rglob("*.py"))
-        _stamp = tuple((path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files)
-    return _stamp
-
-
-_stamp: tuple[tuple[str, int, int], ...] | None = None
+    files = sorted(_PACKAGE.rglob("*.py"))
+    return tuple((path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, observe_rigs, settle_rigs, step_rigs
 from drillrig_env.env.reward import TERMS, Reward
-from drillrig_env.env.scenario import STARTS, UNIFORMS, Draws, Scenario, check_pins
+from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, UNIFORMS, Draws, Scenario, check_pins
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.friction import FloatArray
 from drillrig_env.ladder import SAMPLES, ladder
@@ -170,10 +170,10 @@ class RigBatch:
         fresh["load_times"], fresh["load_forces"] = draws.load_times, draws.load_forces
         fresh["start"] = draws.start
         fresh["state"][:, :7] = steady_state(self.rig, friction, target)
-        rest = draws.start == STARTS.index("rest")
+        rest = draws.start == REST
         fresh["state"][rest, :7] = frictionless_state(self.rig, 0.0)
         fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
-        self._settle(fresh, np.flatnonzero(draws.start == STARTS.index("stick_slip")), draws.phase)
+        self._settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws.phase)
         return fresh
 
     def _settle(self, fresh: np.ndarray, indices: npt.NDArray[np.intp], phase: FloatArray) -> None:
@@ -189,9 +189,9 @@ class RigBatch:
             settle_rigs(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
 
         over_slices(settle, len(indices), self.threads)
-        found = cycling["start"] == STARTS.index("stick_slip")
+        found = cycling["start"] == STICK_SLIP
         fresh[indices[found]] = cycling[found]
-        fresh["start"][indices[~found]] = STARTS.index("steady")
+        fresh["start"][indices[~found]] = STEADY
 
     def _wound_up(self, rigs: np.ndarray) -> FloatArray:
         """The states of stuck rigs at the moment of break-loose: discs still, shafts twisted by N_1 r_1 mu_s."""

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from drillrig_env.compiled import Record, Records, compiled, inlined
 from drillrig_env.env.reward import reward_terms, update_statistics
-from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS
+from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
 from drillrig_env.friction import FloatArray
 from drillrig_env.ladder import SAMPLES, STATE
@@ -180,6 +180,7 @@ def _observe(rig: Record, layout: FloatArray, values: FloatArray, observation: n
 _SETTLING_STEPS = 120
 _LONGEST_SETTLING = 600
 _DEVIATION_OF_CALM = 0.02
+"""A running deviation below this share of the speed reference means that the oscillation has died."""
 
 
 @compiled
@@ -190,13 +191,13 @@ def settle_rigs(
 
     A rig is run for 12 s or more at its speed reference. Where it then still sticks and slips, it is
     run on by `phase` times the last period, to the nearest control step below. Where its
-    oscillation dies instead, there is no stick-slip with these parameters: `start` becomes 1.
+    oscillation dies instead, there is no stick-slip with these parameters: `start` becomes STEADY.
     """
     work = np.zeros(1, dtype=WORKSPACE)[0]
     for n in range(rigs.shape[0]):
         rig = rigs[n]
         period = _settle(rig, settings[0], rungs, sampling, shift, work)
-        rig.start = 0 if period > 0 else 1
+        rig.start = STICK_SLIP if period > 0 else STEADY
         for _ in range(int(phases[n] * period)):
             _hold(rig, settings[0], rungs, sampling, shift, work)
 

@@ -13,6 +13,7 @@ from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, re
 
 Start: TypeAlias = Literal["stick_slip", "steady", "rest"]
 STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest")
+STICK_SLIP, STEADY, REST = range(3)
 LARGEST_REFERENCE = 10.0
 """Upper end of the speed reference, rad/s."""
 
@@ -99,7 +100,7 @@ class Scenario:
             drawn["mu_k"] = np.minimum(drawn["mu_k"], drawn["mu_s"] / _LEAST_MU_RATIO)
         elif "mu_s" not in pins:
             drawn["mu_s"] = np.maximum(drawn["mu_s"], drawn["mu_k"] * _LEAST_MU_RATIO)
-        start = np.where(u[5] < self.stick_slip, 0, np.where(u[5] < self.stick_slip + self.steady, 1, 2))
+        start = np.select([u[5] < self.stick_slip, u[5] < self.stick_slip + self.steady], [STICK_SLIP, STEADY], REST)
         if "start" in pins:
             start = np.broadcast_to(pins["start"], n).copy()
         times = np.full((n, MOST_LOAD_STEPS), np.inf)
