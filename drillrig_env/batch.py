@@ -9,7 +9,7 @@ import numpy as np
 
 from drillrig_env.compiled import Records, compiled
 from drillrig_env.friction import FloatArray, Friction, Quantity
-from drillrig_env.ladder import LONGEST_PERIOD, STATE, ladder
+from drillrig_env.ladder import LONGEST_PERIOD, STATE, UNITS, ladder
 from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 from drillrig_env.propagator import WORKSPACE, advance
@@ -126,6 +126,6 @@ def _advance_rigs(
             y[i] = states[n, i] - shift[0, i] - shift[1, i] * speed
         for sample in range(result.shape[1]):
             for _ in range(every):
-                advance(y, speed, static, kinetic, v_b, omega_s, rungs, sampling, work, False)
+                advance(y, speed, static, kinetic, v_b, omega_s, rungs, sampling, work, False, UNITS)
             for i in range(7):
                 result[n, sample, i] = y[i] + shift[0, i] + shift[1, i] * speed

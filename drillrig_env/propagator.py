@@ -55,8 +55,9 @@ def advance(
     sampling: Records,
     work: Record,
     sampled: bool,
+    stop: int,
 ) -> None:
-    """Advance one rig over one period of held input, in place.
+    """Advance one rig over one period of held input, or its first `stop` of UNITS units, in place.
 
     y                shape (8,): the 7 states less the frictionless equilibrium, and a pad
     speed_reference  omega_ref, rad/s
@@ -66,11 +67,13 @@ def advance(
                      (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """
     position, rung = 0, 0
-    while position < UNITS:
+    while position < stop:
         size = UNITS >> rung
         last = rung == RUNGS - 1
-        if position % size != 0 or not _solve_nodes(
-            y, speed_reference, static, kinetic, v_b, omega_s, rungs[rung], work, last
+        if (
+            position % size != 0
+            or position + size > stop
+            or not _solve_nodes(y, speed_reference, static, kinetic, v_b, omega_s, rungs[rung], work, last)
         ):
             rung += 1
             continue

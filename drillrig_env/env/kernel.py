@@ -16,7 +16,7 @@ from drillrig_env.env.reward import reward_terms, update_statistics
 from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
 from drillrig_env.friction import FloatArray
-from drillrig_env.ladder import SAMPLES, STATE
+from drillrig_env.ladder import SAMPLES, STATE, UNITS
 from drillrig_env.propagator import WORKSPACE, advance
 from drillrig_env.stick_slip import STUCK_SPEED
 
@@ -145,7 +145,7 @@ def _hold(rig: Record, s: Record, rungs: Records, sampling: Records, shift: Floa
     y = rig.state
     for i in range(7):
         y[i] -= shift[0, i] + shift[1, i] * reference
-    advance(y, reference, static, kinetic, rig.v_b, s.omega_s, rungs, sampling, work, True)
+    advance(y, reference, static, kinetic, rig.v_b, s.omega_s, rungs, sampling, work, True, UNITS)
     for i in range(7):
         y[i] += shift[0, i] + shift[1, i] * reference
     lowest = highest = work.speed_samples[0]

@@ -1,5 +1,14 @@
-"""What the equations promise: local stability by Hurwitz, the critical slope and the critical speed."""
+"""What the equations promise: equilibria, periodic orbits, and the speeds at which behaviour changes."""
 
+from drillrig_env.stability.bifurcation import (
+    Branch,
+    Diagram,
+    bifurcation_diagram,
+    force_diagram,
+    hopf_and_fold_curves,
+)
+from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
+from drillrig_env.stability.fold import fold_speed
 from drillrig_env.stability.hurwitz import (
     characteristic_polynomial,
     critical_slope,
@@ -10,14 +19,28 @@ from drillrig_env.stability.hurwitz import (
     is_stable,
     minor_polynomials,
 )
+from drillrig_env.stability.limit_cycle import NoOrbitError, PeriodicOrbit, slipping_orbit, stick_slip_orbit
 
 __all__ = [
+    "Branch",
+    "Diagram",
+    "HopfPoint",
+    "NoOrbitError",
+    "PeriodicOrbit",
+    "bifurcation_diagram",
     "characteristic_polynomial",
     "critical_slope",
     "critical_speed",
     "eigenvalues",
+    "equilibria",
+    "fold_speed",
+    "force_diagram",
+    "hopf_and_fold_curves",
+    "hopf_points",
     "hurwitz_matrix",
     "hurwitz_minors",
     "is_stable",
     "minor_polynomials",
+    "slipping_orbit",
+    "stick_slip_orbit",
 ]

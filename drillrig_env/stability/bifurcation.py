@@ -1,0 +1,226 @@
+"""Bifurcation diagrams: e1, e2, p1 and p2 with their special points (figures 4.12 and 4.13), and beyond.
+
+p1 and p2 are two branches that meet at the fold, where the orbit grazes the stick zone: walking p1
+through that point would fail, since its multiplier jumps there. p1 is followed in the speed
+reference by shooting, each orbit from the last; p2 in its depth by harmonic balance, which passes any
+turning point. The same is done in the normal force at a fixed speed reference.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.parameters import POSITIVE, refuse
+from drillrig_env.rig import Rig
+from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
+from drillrig_env.stability.fold import fold_speed, load_of
+from drillrig_env.stability.hurwitz import critical_speed
+from drillrig_env.stability.limit_cycle import (
+    SIGNALS,
+    NoOrbitError,
+    PeriodicOrbit,
+    slipping_orbit_of_depth,
+    stick_slip_orbit,
+)
+from drillrig_env.stability.slipping_orbits import slipping_orbits
+
+ORBIT = np.dtype(
+    [
+        ("speed_reference", "f8"),
+        ("normal_force", "f8"),
+        ("stable", "?"),
+        ("period", "f8"),
+        ("stuck", "f8"),
+        *((f"lowest_{name}", "f8") for name in SIGNALS),
+        *((f"highest_{name}", "f8") for name in SIGNALS),
+        ("multipliers", "c16", 7),
+    ]
+)
+"""A point of a branch of orbits: speeds in rad/s, current in A, period in s, `stuck` a share."""
+
+
+_SHORT_OF_THE_FOLD = 1e-4
+"""p1 is followed to this share before the fold; closer, the stick phase is shorter than a millisecond."""
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A branch of orbits as a table (records of ORBIT), and in words why it ends at either end."""
+
+    label: str
+    points: npt.NDArray[np.void]
+    begins: str
+    ends: str
+
+    def table(self) -> dict[str, FloatArray]:
+        """Columns by name, ready for `pandas.DataFrame`; multipliers as one column each."""
+        columns = {name: self.points[name] for name in self.points.dtype.names or () if name != "multipliers"}
+        return {**columns, **{f"multiplier_{i + 1}": self.points["multipliers"][:, i] for i in range(7)}}
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the table as CSV."""
+        with Path(path).open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            table = self.table()
+            writer.writerow(table)
+            writer.writerows(zip(*(column.tolist() for column in table.values()), strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class Diagram:
+    """A bifurcation diagram in the speed reference, for one friction.
+
+    `equilibria` are records of EQUILIBRIUM with the branches e1 and e2. `special` has H1, H2 and fold
+    by name, rad/s; it is empty, as are p1 and p2, where friction is too weak for stick-slip.
+    """
+
+    rig: Rig
+    friction: Friction
+    equilibria: npt.NDArray[np.void]
+    p1: Branch
+    p2: Branch
+    hopf: list[HopfPoint]
+    special: dict[str, float]
+
+
+def bifurcation_diagram(
+    rig: Rig, friction: Friction, points: int = 120, speeds: tuple[float, float] = (0.02, 5.0)
+) -> Diagram:
+    """The diagram of figures 4.12 and 4.13: `points` orbits on either branch, equilibria over `speeds` (rad/s).
+
+    Raises `ValueError` for fewer than 2 points or an impossible range.
+    """
+    if points < 2:
+        raise refuse("bifurcation_diagram", "points", points, "", ">= 2")
+    if not POSITIVE.holds(np.array(speeds)) or speeds[0] >= speeds[1]:
+        raise refuse("bifurcation_diagram", "speeds", speeds, "rad/s", "(low, high), > 0, low < high")
+    hopf = hopf_points(rig, friction)
+    fold = float(np.max(fold_speed(rig, friction)))
+    grid = np.linspace(*speeds, 2 * points)
+    special = {point.label: point.speed_reference for point in hopf}
+    if np.isnan(fold):
+        why = "no stick-slip: friction falls so slowly with speed that steady rotation is stable everywhere"
+        nothing = np.zeros(0, dtype=ORBIT)
+        return Diagram(
+            rig,
+            friction,
+            equilibria(rig, friction, grid),
+            Branch("p1", nothing, why, why),
+            Branch("p2", nothing, why, why),
+            hopf,
+            {},
+        )
+    special["fold"] = fold
+    grid = np.unique(np.concatenate([grid, [special["H2"]]]))
+    p1 = sticking_branch(rig, friction, _towards(speeds[0], fold, points))
+    return Diagram(
+        rig, friction, equilibria(rig, friction, grid), p1, slipping_branch(rig, friction, points), hopf, special
+    )
+
+
+def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
+    """p1 at the given speed references (rad/s), each orbit found from the last."""
+    orbits: list[PeriodicOrbit] = []
+    begins, ends = "the lowest speed asked for", "the highest speed asked for"
+    for speed in speeds:
+        guess = orbits[-1].state + (speed - orbits[-1].speed_reference) * np.eye(7)[2] if orbits else None
+        try:
+            orbits.append(_from_guess(rig, friction, float(speed), guess))
+        except NoOrbitError as error:
+            ends = f"{error}"
+            break
+    fold = float(np.max(fold_speed(rig, friction)))
+    if orbits and orbits[-1].speed_reference > fold * (1.0 - 2.0 * _SHORT_OF_THE_FOLD):
+        ends = "the fold: the orbit's lowest bit speed reaches the stick zone's edge, and p2 begins"
+    return Branch("p1", _records(orbits), begins, ends)
+
+
+def slipping_branch(rig: Rig, friction: Friction, points: int = 120) -> Branch:
+    """p2 from the Hopf point H2 to the fold, equally spaced in its depth."""
+    deepest = float(np.max(friction.v_b)) * (float(np.max(fold_speed(rig, friction))) - rig.omega_s)
+    depths = np.linspace(0.0, deepest, points + 1)[1:]
+    orbits = [slipping_orbit_of_depth(rig, friction, float(depth)) for depth in depths]
+    return Branch(
+        "p2", _records(orbits), "the Hopf point H2, with amplitude 0", "the fold: the orbit grazes the stick zone"
+    )
+
+
+def force_diagram(rig: Rig, friction: Friction, speed_reference: float, points: int = 60) -> tuple[Branch, Branch]:
+    """p1 and p2 over the normal force at one speed reference (rad/s); `friction`'s own N_1 is the largest.
+
+    p2 runs from the N_1 at which `speed_reference` is the fold up to that at which it is the critical
+    speed; p1 begins at the former. Raises `NoOrbitError` where the largest N_1 brings no stick-slip.
+    """
+    largest = float(np.max(friction.normal_force))
+    fold = float(np.max(fold_speed(rig, friction)))
+    if not speed_reference < fold:
+        raise NoOrbitError(f"no orbit up to {largest:g} N at {speed_reference:g} rad/s: the fold is {fold:.6g} rad/s")
+    v_b = float(np.max(friction.v_b))
+    family = slipping_orbits(rig)
+    depths = np.linspace(0.0, v_b * (speed_reference - rig.omega_s), points + 1)[1:]
+    excess = float(np.max(load_of(rig, friction))) - v_b * (speed_reference - rig.omega_s)
+    forces = largest * np.exp(family.guess(depths)[:, 0] - excess)
+    slipping = [
+        slipping_orbit_of_depth(rig, replace(friction, normal_force=float(force)), float(depth))
+        for force, depth in zip(forces, depths, strict=True)
+    ]
+    p2 = Branch(
+        "p2", _records(slipping), "the Hopf point, with amplitude 0", "the fold: the orbit grazes the stick zone"
+    )
+    sticking = [stick_slip_orbit(rig, friction, speed_reference)]
+    for force in _towards(largest, float(forces[-1]), points)[1:]:
+        guess = sticking[-1].state
+        sticking.append(_from_guess(rig, replace(friction, normal_force=float(force)), speed_reference, guess))
+    p1 = Branch("p1", _records(sticking), "the largest normal force asked for", "the fold: p2 begins")
+    return p1, p2
+
+
+def hopf_and_fold_curves(rig: Rig, friction: Friction, normal_forces: FloatArray) -> dict[str, FloatArray]:
+    """Two-parameter curves: critical speed and fold (rad/s; NaN: none) over the normal force (N)."""
+    frictions = replace(friction, normal_force=np.asarray(normal_forces, dtype=float))
+    return {
+        "normal_force": np.asarray(normal_forces, dtype=float),
+        "critical_speed": np.asarray(critical_speed(rig, frictions)),
+        "fold_speed": np.asarray(fold_speed(rig, frictions)),
+    }
+
+
+def _towards(first: float, border: float, points: int) -> FloatArray:
+    """Values from `first` to just short of `border`, closer together near it."""
+    share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, points))
+    return first + (border - first) * (1.0 - _SHORT_OF_THE_FOLD) * share
+
+
+def _from_guess(rig: Rig, friction: Friction, speed: float, guess: FloatArray | None) -> PeriodicOrbit:
+    """The orbit p1 from its neighbour, or from a wound-up rig where that leads nowhere."""
+    if guess is not None:
+        try:
+            return stick_slip_orbit(rig, friction, speed, guess)
+        except NoOrbitError:
+            pass
+    return stick_slip_orbit(rig, friction, speed)
+
+
+def _records(orbits: Iterable[PeriodicOrbit]) -> npt.NDArray[np.void]:
+    rows: list[tuple[Any, ...]] = [
+        (
+            orbit.speed_reference,
+            float(np.max(orbit.friction.normal_force)),
+            orbit.stable,
+            orbit.period,
+            orbit.stuck,
+            *orbit.lowest,
+            *orbit.highest,
+            orbit.multipliers,
+        )
+        for orbit in orbits
+    ]
+    return np.array(rows, dtype=ORBIT)

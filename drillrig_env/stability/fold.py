@@ -1,0 +1,48 @@
+"""The fold: the speed reference at which stick-slip ends, for one friction or thousands at once."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drillrig_env.friction import FloatArray, Friction, Quantity
+from drillrig_env.parameters import refuse
+from drillrig_env.rig import Rig
+from drillrig_env.stability.hurwitz import critical_speed
+from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
+
+_DEPTHS = (12.0, 20.0)
+
+
+def fold_speed(rig: Rig, friction: Friction) -> Quantity:
+    """Speed reference (rad/s) at which the stick-slip branch p1 ends; above it only calm rotation is left.
+
+    Between the critical speed and this one a rig can do either: a sticking rig is freed for certain
+    only by going past the fold. NaN where friction is so weak that the critical speed is 0: no
+    stick-slip, no bistable region. One entry a rig for a batch of frictions.
+
+    It is the speed of the grazing orbit, at which p1 and p2 meet, exact to 1e-7 rad/s; the true
+    turning point lies about 1e-6 rad/s above it.
+    """
+    load = load_of(rig, friction)
+    bistable = np.asarray(critical_speed(rig, friction)) > rig.omega_s
+    depth = _family(rig, load).grazing_depth(load)
+    speed = np.where(bistable, depth / np.asarray(friction.v_b) + rig.omega_s, np.nan)
+    return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
+
+
+def load_of(rig: Rig, friction: Friction) -> FloatArray:
+    """ln(v_b N_1 r_1 (mu_s - mu_k)) - v_b omega_s, which decides how deep the grazing orbit is."""
+    drop = np.asarray(friction.normal_force) * rig.r_1 * (np.asarray(friction.mu_s) - friction.mu_k)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(drop * friction.v_b) - np.asarray(friction.v_b) * rig.omega_s)
+
+
+def _family(rig: Rig, load: FloatArray) -> SlippingOrbits:
+    """The family of the rig, followed deep enough for the largest load."""
+    for depth in _DEPTHS:
+        family = slipping_orbits(rig, depth)
+        largest = family.log_gain[-1] + family.depth[-1]
+        if np.max(load) <= largest:
+            return family
+    drop = float(np.exp(np.max(load)))
+    raise refuse("fold_speed", "N_1 r_1 (mu_s - mu_k) v_b", drop, "N m s/rad", f"<= {float(np.exp(largest)):.3g}")

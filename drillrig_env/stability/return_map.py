@@ -1,0 +1,150 @@
+"""The fast stepper as a map: the flow over any time, and the return to a section of the state space.
+
+The section is x_3 = omega_ref with the bit speeding up, which every periodic orbit of the rig crosses
+once a period. Times are met to the last bit by whole periods, whole units of the finest step, and one
+last fraction of a microsecond at the present rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drillrig_env.compiled import Record, Records, compiled
+from drillrig_env.friction import FloatArray, Friction, torque_in_zone, zone_of
+from drillrig_env.ladder import STATE, UNITS, ladder
+from drillrig_env.model import friction_input, jacobian
+from drillrig_env.propagator import WORKSPACE, advance
+from drillrig_env.rig import Rig
+
+_PERIOD = 0.05  # s
+_LONGEST_RETURN = 4000  # periods
+
+
+def flow(rig: Rig, friction: Friction, speed_reference: float, states: FloatArray, time: float) -> FloatArray:
+    """States of shape (n, 7) after any `time` (s) at constant speed reference (rad/s)."""
+    law, matrix, tables = _law(rig, friction, speed_reference), _rates_matrix(rig), ladder(rig, _PERIOD)
+    result = np.array(states, dtype=float)
+    _flow(result, time, law, matrix, tables.rungs, tables.sampling, tables.shift)
+    return result
+
+
+def next_crossings(
+    rig: Rig, friction: Friction, speed_reference: float, states: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Run states of shape (n, 7) to their next crossing of the section.
+
+    Returns the states there and the times taken (s; NaN where 200 s brought none).
+    """
+    law, matrix, tables = _law(rig, friction, speed_reference), _rates_matrix(rig), ladder(rig, _PERIOD)
+    result, times = np.array(states, dtype=float), np.empty(len(states))
+    _cross(result, times, law, matrix, tables.rungs, tables.sampling, tables.shift)
+    return result, times
+
+
+def _law(rig: Rig, friction: Friction, speed_reference: float) -> FloatArray:
+    """Static and kinetic torque, v_b, omega_s and the speed reference, as the kernels take them."""
+    normal_force, mu_s, mu_k, v_b = friction.as_array(1)[0]
+    return np.array([normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s, speed_reference])
+
+
+def _rates_matrix(rig: Rig) -> FloatArray:
+    """The rates as a matrix (7, 8) of the states relative to the equilibrium, and the friction torque."""
+    return np.column_stack([jacobian(rig), friction_input(rig)])
+
+
+@compiled
+def _flow(
+    states: FloatArray,
+    time: float,
+    law: FloatArray,
+    matrix: FloatArray,
+    rungs: Records,
+    sampling: Records,
+    shift: FloatArray,
+) -> None:
+    work = np.zeros(1, dtype=WORKSPACE)[0]
+    y = np.zeros(STATE)
+    periods = int(time / _PERIOD)
+    units = int((time - periods * _PERIOD) / _PERIOD * UNITS)
+    rest = time - _PERIOD * (periods + units / UNITS)
+    for n in range(states.shape[0]):
+        for i in range(7):
+            y[i] = states[n, i] - shift[0, i] - shift[1, i] * law[4]
+        for _ in range(periods):
+            _advance(y, law, rungs, sampling, work, UNITS)
+        _advance(y, law, rungs, sampling, work, units)
+        _drift(y, law, matrix, rest)
+        for i in range(7):
+            states[n, i] = y[i] + shift[0, i] + shift[1, i] * law[4]
+
+
+@compiled
+def _cross(
+    states: FloatArray,
+    times: FloatArray,
+    law: FloatArray,
+    matrix: FloatArray,
+    rungs: Records,
+    sampling: Records,
+    shift: FloatArray,
+) -> None:
+    work = np.zeros(1, dtype=WORKSPACE)[0]
+    y, before = np.zeros(STATE), np.zeros(STATE)
+    for n in range(states.shape[0]):
+        for i in range(7):
+            y[i] = states[n, i] - shift[0, i] - shift[1, i] * law[4]
+        times[n] = np.nan
+        for period in range(_LONGEST_RETURN):
+            before[:] = y
+            _advance(y, law, rungs, sampling, work, UNITS)
+            if before[2] < 0.0 <= y[2]:
+                units = _locate(before, y, law, rungs, sampling, work)
+                rest = -y[2] / _rate(y, 2, law, matrix)
+                _drift(y, law, matrix, rest)
+                times[n] = _PERIOD * (period + units / UNITS) + rest
+                break
+        for i in range(7):
+            states[n, i] = y[i] + shift[0, i] + shift[1, i] * law[4]
+
+
+@compiled
+def _locate(before: FloatArray, y: FloatArray, law: FloatArray, rungs: Records, sampling: Records, work: Record) -> int:
+    """Bisect for the last unit before the crossing, leaving `y` there; the units from `before`."""
+    low, high = 0, UNITS
+    while high - low > 1:
+        middle = (low + high) // 2
+        y[:] = before
+        _advance(y, law, rungs, sampling, work, middle)
+        if y[2] < 0.0:
+            low = middle
+        else:
+            high = middle
+    y[:] = before
+    _advance(y, law, rungs, sampling, work, low)
+    return low
+
+
+@compiled
+def _advance(y: FloatArray, law: FloatArray, rungs: Records, sampling: Records, work: Record, stop: int) -> None:
+    advance(y, law[4], law[0], law[1], law[2], law[3], rungs, sampling, work, False, stop)
+
+
+@compiled
+def _rate(y: FloatArray, i: int, law: FloatArray, matrix: FloatArray) -> float:
+    """Present rate of state i."""
+    x_3 = y[2] + law[4]
+    torque, _ = torque_in_zone(zone_of(x_3, law[3]), x_3, law[0], law[1], law[2], law[3])
+    rate = float(matrix[i, 7] * torque)
+    for k in range(7):
+        rate += matrix[i, k] * y[k]
+    return rate
+
+
+@compiled
+def _drift(y: FloatArray, law: FloatArray, matrix: FloatArray, time: float) -> None:
+    """Move `y` on by less than one unit, at its present rates."""
+    rates = np.zeros(7)
+    for i in range(7):
+        rates[i] = _rate(y, i, law, matrix)
+    for i in range(7):
+        y[i] += time * rates[i]
