@@ -1,4 +1,4 @@
-"""Policies from the physics: `constant` and `jump_ease`, each with Stable-Baselines3's `predict`.
+"""Policies from the physics, each with Stable-Baselines3's `predict`.
 
 Each works from what the sensors show; one that must be told more says so in `told`.
 """
@@ -10,12 +10,17 @@ from typing import Any
 from baselines.baseline import Baseline
 from baselines.constant import Constant
 from baselines.jump_ease import JumpEase
+from baselines.jump_ease_estimated import JumpEaseEstimated
 from drillrig_env.parameters import closest
 
-BASELINES: dict[str, type[Baseline]] = {"constant": Constant, "jump_ease": JumpEase}
+BASELINES: dict[str, type[Baseline]] = {
+    "constant": Constant,
+    "jump_ease": JumpEase,
+    "jump_ease_estimated": JumpEaseEstimated,
+}
 """Every baseline by name."""
 
-__all__ = ["BASELINES", "Baseline", "Constant", "JumpEase", "make"]
+__all__ = ["BASELINES", "Baseline", "Constant", "JumpEase", "JumpEaseEstimated", "make"]
 
 
 def make(name: str, **kwargs: Any) -> Baseline:

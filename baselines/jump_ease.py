@@ -8,30 +8,39 @@ just above omega_c: it must pass the fold. Once calm it may come down as far as 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from math import exp
+from typing import ClassVar
 
 import numpy as np
 
 from baselines.baseline import Baseline
 from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.model import jacobian, state_equations
 from drillrig_env.rig import Rig
-from drillrig_env.stability import critical_speed
+from drillrig_env.stability import basin_depth, critical_slope, critical_speed, fold_speed
 
 _FILTER = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of the mean square twist rate; about one stick-slip period
 
 
 class JumpEase(Baseline):
-    """Jump and ease, told the friction: raises omega_ref until calm, then eases to max(omega*, omega_c + margin).
+    """Jump and ease, told the friction: past the fold, wait until calm, down to max(omega*, omega_c + margin).
 
     Oscillation is measured as the running root mean square of the twist rate x_3 - x_5 (bit less top
     speed) over the speed reference, which the jump itself hardly excites. Above `shaking` the
-    reference rises at the slew limit; it is held until the measure has fallen below `calm`, and then
-    lowered at `ease_rate` (rad/s^2). Law and margin are simple: nothing is tuned to a suite.
+    reference rises at the slew limit to (1 + `beyond`) times the fold; there it waits until the measure
+    has fallen below `calm`, and then eases down.
+
+    How fast? The corner of a ramp of rate r leaves a swing c r of the bit speed behind, with c from the
+    rig's least damped pair of eigenvalues. Calm rotation survives a swing up to that of the unstable
+    orbit p2, which is smallest where the ramp ends. The rate is such that c r is the share `of_basin`
+    of that swing.
     """
 
-    channels = ("speed_reference", "speed_target", "bit_speed", "top_speed")
-    told = ("normal_force", "mu_s", "mu_k", "v_b")
+    channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target", "bit_speed", "top_speed")
+    told: ClassVar[tuple[str, ...]] = ("normal_force", "mu_s", "mu_k", "v_b")
     memory = 2  # mean square twist rate; 1 while easing
 
     def __init__(
@@ -39,26 +48,51 @@ class JumpEase(Baseline):
         sensors: str = "state",
         rig: Rig | None = None,
         slew_limit: float = 2.0,
-        ease_rate: float = 0.4,
         margin: float = 0.1,
+        beyond: float = 0.1,
         shaking: float = 0.1,
-        calm: float = 0.03,
+        calm: float = 0.05,
+        of_basin: float = 0.06,
     ) -> None:
         super().__init__(sensors, rig, slew_limit)
-        self.ease_rate = ease_rate
         self.margin = margin
+        self.beyond = beyond
         self.shaking = shaking
         self.calm = calm
+        self.of_basin = of_basin
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
-        """Up at the slew limit while shaking, level until calm, then down at the ease rate to the floor."""
+        """The law for the friction that it is told."""
+        friction = Friction(**told)
+        return self._follow(seen, friction, np.asarray(fold_speed(self.rig, friction)), memory)
+
+    def _follow(
+        self, seen: Mapping[str, FloatArray], friction: Friction, fold: FloatArray, memory: FloatArray
+    ) -> FloatArray:
+        """Up past the fold while shaking, level until calm, then down at the safe rate to the floor."""
         reference = seen["speed_reference"]
-        floor = np.maximum(seen["speed_target"], critical_speed(self.rig, Friction(**told)) + self.margin)
+        floor = np.maximum(seen["speed_target"], critical_speed(self.rig, friction) + self.margin)
+        past_fold = np.fmin((1.0 + self.beyond) * np.nan_to_num(fold), LARGEST_REFERENCE)
         memory[:, 0] += _FILTER * ((seen["bit_speed"] - seen["top_speed"]) ** 2 - memory[:, 0])
         oscillation = np.sqrt(memory[:, 0]) / np.maximum(reference, 0.1)
         easing = np.where(memory[:, 1] > 0, oscillation < self.shaking, oscillation < self.calm)
         memory[:, 1] = easing
-        lowered = reference - np.where(easing, self.ease_rate * CONTROL_PERIOD, 0.0)
-        return np.where(oscillation > self.shaking, np.inf, np.maximum(floor, lowered))
+        rate = self.of_basin * basin_depth(self.rig, friction, floor) / swing_of_a_ramp(self.rig)
+        lowered = reference - np.where(easing, np.minimum(rate, self.slew_limit) * CONTROL_PERIOD, 0.0)
+        return np.maximum(floor, np.where(oscillation > self.shaking, np.maximum(past_fold, reference), lowered))
+
+
+@lru_cache(maxsize=32)
+def swing_of_a_ramp(rig: Rig) -> float:
+    """Amplitude of the bit speed (rad/s) that the corner of a ramp of 1 rad/s^2 leaves behind.
+
+    The residue of the answer to omega_ref = t at the least damped pair of eigenvalues, at the critical slope.
+    """
+    values, modes = np.linalg.eig(jacobian(rig, critical_slope(rig)))
+    pair = int(np.argmin(np.where(values.imag > 0, np.abs(values.real), np.inf)))
+    zero = [0.0] * 7
+    to_rates = np.subtract(state_equations(zero, 1.0, 0.0, rig), state_equations(zero, 0.0, 0.0, rig))
+    share = np.linalg.solve(modes, to_rates)[pair]
+    return float(2.0 * np.abs(modes[2, pair] * share / values[pair] ** 2))

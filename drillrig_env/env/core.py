@@ -13,9 +13,9 @@ from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, observe_rigs,
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, UNIFORMS, Draws, Scenario, check_pins
 from drillrig_env.env.sensors import Sensors
-from drillrig_env.friction import FloatArray
+from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.ladder import SAMPLES, ladder
-from drillrig_env.model import frictionless_state, steady_state
+from drillrig_env.model import frictionless_state, steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stick_slip import WINDOW, is_mitigated
@@ -181,7 +181,8 @@ class RigBatch:
         if len(indices) == 0:
             return
         cycling = fresh[indices]
-        cycling["state"][:, :7] = self._wound_up(cycling)
+        friction = Friction(*(cycling[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+        cycling["state"][:, :7] = wound_up(self.rig, friction, cycling["speed_target"])
         phases = phase[indices]
 
         def settle(part: slice) -> None:
@@ -192,12 +193,3 @@ class RigBatch:
         found = cycling["start"] == STICK_SLIP
         fresh[indices[found]] = cycling[found]
         fresh["start"][indices[~found]] = STEADY
-
-    def _wound_up(self, rigs: np.ndarray) -> FloatArray:
-        """The states of stuck rigs at the moment of break-loose: discs still, shafts twisted by N_1 r_1 mu_s."""
-        states = np.array(rigs["state"][:, :7])
-        torque = rigs["normal_force"] * self.rig.r_1 * rigs["mu_s"]
-        states[:, 0] = -torque / self.rig.k_1
-        states[:, 1] = -(torque + self.rig.T_r2) / self.rig.k_2
-        states[:, 2] = states[:, 3] = 0.0
-        return states

@@ -8,7 +8,7 @@ from drillrig_env.stability.bifurcation import (
     hopf_and_fold_curves,
 )
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
-from drillrig_env.stability.fold import fold_speed
+from drillrig_env.stability.fold import basin_depth, fold_speed
 from drillrig_env.stability.hurwitz import (
     characteristic_polynomial,
     critical_slope,
@@ -27,6 +27,7 @@ __all__ = [
     "HopfPoint",
     "NoOrbitError",
     "PeriodicOrbit",
+    "basin_depth",
     "bifurcation_diagram",
     "characteristic_polynomial",
     "critical_slope",

@@ -46,3 +46,14 @@ def _family(rig: Rig, load: FloatArray) -> SlippingOrbits:
             return family
     drop = float(np.exp(np.max(load)))
     raise refuse("fold_speed", "N_1 r_1 (mu_s - mu_k) v_b", drop, "N m s/rad", f"<= {float(np.exp(largest)):.3g}")
+
+
+def basin_depth(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
+    """How far below its mean (rad/s) the bit speed may swing at a speed reference before stick-slip takes over.
+
+    The swing of the unstable orbit p2, which parts calm rotation from stick-slip: 0 at the critical
+    speed and below. Shapes broadcast.
+    """
+    load = load_of(rig, friction)
+    log_gain = load + np.asarray(friction.v_b) * (rig.omega_s - np.asarray(speed_reference))
+    return np.asarray(slipping_orbits(rig).depth_of_gain(log_gain) / friction.v_b)

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from drillrig_env.batch import advance_batch
 from drillrig_env.friction import FloatArray, Friction
-from drillrig_env.model import friction_input, frictionless_state, jacobian, steady_state
+from drillrig_env.model import friction_input, frictionless_state, jacobian, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stability.fold import fold_speed, load_of
@@ -89,7 +89,7 @@ def stick_slip_orbit(
     that is not positive.
     """
     _check_speed(speed_reference)
-    x = wound_up(rig, friction, speed_reference)[None] if guess is None else np.array(guess, dtype=float)[None]
+    x = wound_up(rig, friction, speed_reference).reshape(1, 7) if guess is None else np.array(guess, dtype=float)[None]
     for _ in range(1 if guess is not None else _SETTLING_RETURNS):
         x, times = next_crossings(rig, friction, speed_reference, x)
         if np.isnan(times[0]):
@@ -147,15 +147,6 @@ def slipping_orbit_of_depth(rig: Rig, friction: Friction, depth: float) -> Perio
     lowest = frictionless_state(rig, speed_reference) + rest + states[0]
     state, _ = next_crossings(rig, friction, speed_reference, lowest[None])
     return _describe(rig, friction, "p2", speed_reference, 2 * np.pi / frequency, state[0])
-
-
-def wound_up(rig: Rig, friction: Friction, speed_reference: float) -> FloatArray:
-    """A stuck rig just before break-loose: steady rotation with still discs and shafts twisted by N_1 r_1 mu_s."""
-    state = steady_state(rig, friction, speed_reference).reshape(7)
-    torque = float(np.max(friction.normal_force)) * rig.r_1 * float(np.max(friction.mu_s))
-    state[[0, 1]] = -torque / rig.k_1, -(torque + rig.T_r2) / rig.k_2
-    state[[2, 3]] = 0.0
-    return state
 
 
 def _describe(

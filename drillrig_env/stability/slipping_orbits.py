@@ -118,6 +118,15 @@ class SlippingOrbits:
         loads = self.log_gain + self.depth
         return np.where(load >= loads[0], self._depth_of_load(np.maximum(load, loads[0])), np.nan)
 
+    @cached_property
+    def _depth_of_gain(self) -> CubicSpline:
+        return CubicSpline(-self.log_gain, self.depth)
+
+    def depth_of_gain(self, log_gain: FloatArray) -> FloatArray:
+        """Depth of the orbit p2 at a gain, ln G; 0 where G is above the critical one, and p2 is gone."""
+        inside = np.clip(-np.asarray(log_gain), -self.log_gain[0], -self.log_gain[-1])
+        return np.asarray(self._depth_of_gain(inside))
+
     def orbit(self, depth: float) -> tuple[FloatArray, float, float]:
         """The orbit of a depth inside the family: samples of q over one period (lowest first), Omega, ln G."""
         nearest = int(np.argmin(np.abs(self.depth - depth)))

@@ -4,7 +4,7 @@ import pytest
 from stable_baselines3.common.evaluation import evaluate_policy
 
 import drillrig_env
-from baselines import BASELINES, Constant, JumpEase, make
+from baselines import BASELINES, Constant, JumpEase, JumpEaseEstimated, make
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import suite
@@ -40,6 +40,32 @@ def test_jump_ease_eases_to_just_above_the_critical_speed_where_the_target_is_be
     info, references = play(JumpEase(margin=0.2), {"normal_force": 20.0, "speed_target": 1.5, "start": "stick_slip"})
     assert references[-1] == pytest.approx(2.688 + 0.2, abs=1e-3)
     assert info["bit_speed"] == pytest.approx(references[-1], rel=0.02)
+
+
+def test_estimated_form_frees_a_rig_from_what_it_sees_alone():
+    assert JumpEaseEstimated.told == ()
+    info, references = play(JumpEaseEstimated(), BISTABLE)
+    assert info["is_success"]
+    assert references.max() > 4.8  # past the fold of 4.79 rad/s
+
+
+@pytest.mark.parametrize("normal_force", [20.0, 30.0])
+def test_estimated_friction_is_near_the_true_one_once_calm(normal_force):
+    env = gym.make("DrillRig-v0", scenario="nominal")
+    observation, _ = env.reset(
+        seed=1, options={"normal_force": normal_force, "speed_target": 4.0, "start": "stick_slip"}
+    )
+    policy, state = JumpEaseEstimated(), None
+    for _ in range(599):
+        action, state = policy.predict(observation, state)
+        observation, *_ = env.step(action)
+    estimate = policy.estimates(state[0])[0]
+    rig = drillrig_env.Rig()
+    true = drillrig_env.Friction(normal_force)
+    for speed in (0.01, 2.0, 4.0):
+        assert estimate.torque(rig, speed)[0] == pytest.approx(
+            true.torque(rig, speed), rel=0.1
+        )  # seen ten times a second
 
 
 def test_constant_goes_to_the_target_from_rest():

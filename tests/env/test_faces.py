@@ -220,4 +220,4 @@ def test_arguments_reach_every_face():
     ):
         assert env.core.steps == 20
     with pytest.raises(ValueError, match="render_mode"):
-        gym.make("DrillRig-v0").unwrapped.__class__(render_mode="human")
+        gym.make("DrillRig-v0").unwrapped.__class__(render_mode="ansi")

@@ -5,9 +5,8 @@ import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.batch import advance_batch
-from drillrig_env.model import steady_state
+from drillrig_env.model import steady_state, wound_up
 from drillrig_env.stability import critical_speed, fold_speed
-from drillrig_env.stability.limit_cycle import wound_up
 
 RIG = Rig()
 
@@ -68,7 +67,7 @@ def test_both_starts_stay_between_critical_speed_and_fold_and_only_one_outside()
         (0.9 * border + 0.1 * fold, True, False),
         (0.9 * border, True, True),
     ):
-        wound = np.stack([wound_up(RIG, one(friction, i), float(speed[i])) for i in range(40)])
+        wound = wound_up(RIG, friction, speed)
         nudged = steady_state(RIG, friction, speed) + 0.002 * np.eye(7)[2]
         assert (still_sticks(friction, speed, wound, 400.0)[bistable] == from_stick).all()
         assert (still_sticks(friction, speed, nudged, 400.0)[bistable] == from_calm).all()
@@ -79,7 +78,7 @@ def test_creeping_sweeps_leave_stick_slip_at_the_fold_for_thirty_frictions():
     friction = random_frictions(30, seed=5)
     fold = fold_speed(RIG, friction)
     speed = fold - 0.015
-    states = np.stack([wound_up(RIG, one(friction, i), float(speed[i])) for i in range(30)])
+    states = wound_up(RIG, friction, speed)
     states = advance_batch(RIG, friction, states, speed, periods=300)[:, -1]
     last = np.full(30, np.nan)
     for _ in range(3000):

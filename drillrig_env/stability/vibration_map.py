@@ -1,0 +1,149 @@
+"""Maps over speed reference and normal force: what a rig does there, and how much load it can take.
+
+The torsional vibration map of figure 4.11a is the curve of critical speeds. Beyond the chapter: the
+bistable region between that curve and the fold; a map by direct simulation from both kinds of start,
+which knows nothing of either curve; and the step of the normal force that knocks calm rotation into
+stick-slip, a margin for the driller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.batch import advance_batch
+from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.model import steady_state, wound_up
+from drillrig_env.parameters import POSITIVE, refuse
+from drillrig_env.rig import Rig
+from drillrig_env.stability.fold import fold_speed
+from drillrig_env.stability.hurwitz import critical_speed
+from drillrig_env.stick_slip import WINDOW, is_calm
+
+CALM, BISTABLE, VIBRATING = 0, 1, 2
+"""Regions of the map: only calm rotation is stable, both are, only vibration is."""
+
+_NUDGE = 0.01  # rad/s of bit speed, beside steady rotation
+_ROUNDING = 1e-8  # rad/s; a swing below this is rounding
+_CHUNK = 4000  # rigs simulated at once
+
+
+@dataclass(frozen=True, eq=False)
+class VibrationMap:
+    """Regions over speed references (rad/s, columns) and normal forces (N, rows)."""
+
+    speed_reference: FloatArray
+    normal_force: FloatArray
+    region: npt.NDArray[np.int64]
+
+
+def region_map(rig: Rig, friction: Friction, speeds: FloatArray, forces: FloatArray) -> VibrationMap:
+    """The map by the curves: vibrating below the critical speed, bistable up to the fold, calm above."""
+    frictions = replace(friction, normal_force=np.asarray(forces, dtype=float))
+    border = np.asarray(critical_speed(rig, frictions))[:, None]
+    fold = np.nan_to_num(np.asarray(fold_speed(rig, frictions)), nan=0.0)[:, None]
+    grid = np.asarray(speeds)[None, :]
+    return VibrationMap(speeds, forces, np.where(grid < border, VIBRATING, np.where(grid < fold, BISTABLE, CALM)))
+
+
+def simulated_map(
+    rig: Rig,
+    friction: Friction,
+    speeds: FloatArray,
+    forces: FloatArray,
+    duration: float = 120.0,
+    threads: int | None = None,
+) -> VibrationMap:
+    """The map by direct simulation, each point from steady rotation (nudged) and from a wound-up stuck rig.
+
+    A point vibrates where the nudged start does after `duration` s, and is bistable where only the
+    stuck start does. Points within a per cent of a border take longer than that to decide.
+    """
+    _check_grid(speeds, forces)
+    grid = np.meshgrid(speeds, forces)
+    speed, force = grid[0].ravel(), grid[1].ravel()
+    nudged, stuck = np.empty(speed.shape, dtype=bool), np.empty(speed.shape, dtype=bool)
+    for first in range(0, len(speed), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        frictions = replace(friction, normal_force=force[part])
+        steady = steady_state(rig, frictions, speed[part])
+        calm_start = steady + _NUDGE * np.eye(7)[2]
+        nudged[part] = vibrates(rig, frictions, speed[part], calm_start, duration, threads)
+        stuck[part] = vibrates(rig, frictions, speed[part], wound_up(rig, frictions, speed[part]), duration, threads)
+    region = np.where(nudged, VIBRATING, np.where(stuck, BISTABLE, CALM))
+    return VibrationMap(speeds, forces, region.reshape(grid[0].shape))
+
+
+def load_step_margin(
+    rig: Rig,
+    friction: Friction,
+    speeds: FloatArray,
+    forces: FloatArray,
+    largest_step: float = 60.0,
+    duration: float = 60.0,
+    halvings: int = 8,
+    threads: int | None = None,
+) -> FloatArray:
+    """The smallest step of N_1 (N) that knocks calm rotation into stick-slip; shape (forces, speeds).
+
+    At each operating point the rig rotates steadily, N_1 steps up at once and stays up. The step is
+    found by halving to `largest_step` / 2^`halvings`. 0 where the point itself vibrates; infinite where
+    even `largest_step` does no harm.
+    """
+    _check_grid(speeds, forces)
+    if not POSITIVE.holds(largest_step):
+        raise refuse("load_step_margin", "largest_step", largest_step, "N", POSITIVE)
+    grid = np.meshgrid(speeds, forces)
+    speed, force = grid[0].ravel(), grid[1].ravel()
+    before = replace(friction, normal_force=force)
+    start = steady_state(rig, before, speed)
+
+    def knocked_out(step: FloatArray) -> npt.NDArray[np.bool_]:
+        after = replace(friction, normal_force=force + step)
+        return vibrates(rig, after, speed, start, duration, threads)
+
+    low, high = np.zeros(speed.shape), np.full(speed.shape, largest_step)
+    harmless = ~knocked_out(high)
+    for _ in range(halvings):
+        middle = 0.5 * (low + high)
+        out = knocked_out(middle)
+        low, high = np.where(out, low, middle), np.where(out, middle, high)
+    unstable = speed < np.asarray(critical_speed(rig, before))
+    margin = np.where(unstable, 0.0, np.where(harmless, np.inf, high))
+    return np.asarray(margin.reshape(grid[0].shape))
+
+
+def vibrates(
+    rig: Rig,
+    friction: Friction,
+    speed_reference: FloatArray,
+    states: FloatArray,
+    duration: float,
+    threads: int | None = None,
+) -> npt.NDArray[np.bool_]:
+    """Whether rigs are not calm over the last 10 s of `duration` s (> 40 s) from `states`, or shake ever more.
+
+    The latter, a swing that has grown since the window from 20 to 30 s, is how a slow departure from an
+    unstable steady rotation shows. Shape (n,).
+    """
+    if not duration > 40.0:
+        raise refuse("vibration map", "duration", duration, "s", "> 40")
+    lead, window = round(20.0 / 0.1), round(WINDOW / 0.1)
+
+    def advance(start: FloatArray, periods: int, every: int) -> FloatArray:
+        return advance_batch(rig, friction, start, speed_reference, periods=periods, every=every, threads=threads)
+
+    first = advance(advance(states, lead, lead)[:, -1], window, 1)
+    rest = round(duration / 0.1) - lead - 2 * window
+    speed = advance(advance(first[:, -1], rest, rest)[:, -1], window, 1)[:, :, 2]
+    growing = np.ptp(speed, axis=1) > np.maximum(np.ptp(first[:, :, 2], axis=1), _ROUNDING)
+    calm = np.asarray(is_calm(speed.min(axis=1), speed.max(axis=1), speed.mean(axis=1)))
+    return np.asarray(~calm | growing)
+
+
+def _check_grid(speeds: FloatArray, forces: FloatArray) -> None:
+    for name, values, unit in (("speeds", speeds, "rad/s"), ("forces", forces, "N")):
+        if np.ndim(values) != 1 or not POSITIVE.holds(values):
+            raise refuse("vibration map", name, values, unit, f"an array, each {POSITIVE}")

@@ -1,0 +1,5 @@
+"""Tests open no window: SDL gets a driver without a screen before anything imports it."""
+
+import os
+
+os.environ.setdefault("SDL_VIDEODRIVER", "dummy")

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Rig, simulate
+from drillrig_env.model import steady_state
+from drillrig_env.stability import critical_speed, fold_speed
+from drillrig_env.stability.vibration_map import BISTABLE, CALM, VIBRATING, load_step_margin, region_map, simulated_map
+
+RIG = Rig()
+
+
+def test_simulated_map_agrees_with_the_curves_away_from_them():
+    speeds, forces = np.linspace(0.8, 6.0, 25), np.linspace(4.0, 30.0, 20)
+    by_curves, by_simulation = (f(RIG, Friction(), speeds, forces) for f in (region_map, simulated_map))
+    frictions = Friction(forces)
+    distance = np.minimum(
+        np.abs(speeds / critical_speed(RIG, frictions)[:, None] - 1),
+        np.abs(speeds / fold_speed(RIG, frictions)[:, None] - 1),
+    )
+    clear = distance > 0.03
+    np.testing.assert_array_equal(by_simulation.region[clear], by_curves.region[clear])
+    assert {CALM, BISTABLE, VIBRATING} == set(by_curves.region[clear])
+
+
+def test_regions_of_known_points():
+    found = region_map(RIG, Friction(), np.array([1.5, 2.5, 3.5]), np.array([0.5, 10.0]))
+    assert found.region.tolist() == [[CALM, CALM, CALM], [VIBRATING, BISTABLE, CALM]]
+
+
+def test_load_step_margin_is_the_step_that_knocks_a_rig_out():
+    margin = load_step_margin(RIG, Friction(), np.array([1.5, 3.0, 8.0]), np.array([10.0]), largest_step=25.0)[0]
+    assert margin[0] == 0.0
+    assert margin[2] == np.inf
+    for step, sticks in ((margin[1] * 1.02, True), (margin[1] * 0.97, False)):
+        start = steady_state(RIG, Friction(10.0), 3.0)
+        run = simulate(friction=Friction(10.0 + step), initial_state=start, speed_reference=3.0, duration=60)
+        assert (np.ptp(run.bit_speed[-1000:]) > 0.6) == sticks
+
+
+def test_impossible_grids_are_refused():
+    with pytest.raises(ValueError, match="forces"):
+        simulated_map(RIG, Friction(), np.array([1.0]), np.array([0.0]))
+    with pytest.raises(ValueError, match="largest_step = -1"):
+        load_step_margin(RIG, Friction(), np.array([1.0]), np.array([1.0]), largest_step=-1.0)
