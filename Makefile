@@ -10,12 +10,12 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo test slow lint benchmark clean
+.PHONY: demo test slow lint figures benchmark clean
 
 demo: $(READY)  ## Train a PPO agent briefly, then compare it with the baselines on 1,000 random rigs
 	rm -rf $(DEMO)
 	$(BIN)/python train.py ppo --run-folder $(DEMO)/ppo
-	$(BIN)/python eval.py constant jump_ease $(DEMO)/ppo --output $(DEMO)
+	$(BIN)/python eval.py constant jump_ease jump_ease_estimated $(DEMO)/ppo --output $(DEMO)
 
 test: $(READY) lint  ## Linters, type checker and the fast tests
 	$(BIN)/python -m pytest -n 2
@@ -27,6 +27,9 @@ lint: $(READY)
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+figures: $(READY)  ## The chapter's figures and the bistable region, from the project's own code
+	$(BIN)/python -m drillrig_env.figures
 
 benchmark: $(READY)  ## Speed and accuracy against other solvers and environments
 	$(BIN)/python -m benchmarks.solvers

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium as gym
 import numpy as np
@@ -12,10 +12,14 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.rig import Rig
+
+if TYPE_CHECKING:
+    from drillrig_env.env.rendering import RigPicture
 
 _ACTION_SHAPE = (1,)
 
@@ -99,6 +103,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
     | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
     | `duration` | `60.0` | length of an episode, s |
+    | `render_mode` | `None` | `"rgb_array"` or `"human"`, a window; both need the extra `render` |
 
     `gym.make_vec("DrillRig-v0", num_envs=N)` steps N rigs in one compiled call.
 
@@ -106,7 +111,10 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     * v0: initial version
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}  # type: ignore[misc]
+    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
+        "render_modes": ["rgb_array", "human"],
+        "render_fps": round(1.0 / CONTROL_PERIOD),
+    }
 
     def __init__(
         self,
@@ -118,8 +126,9 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         duration: float = 60.0,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None:
-            raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            allowed = ", ".join(self.metadata["render_modes"])
+            raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None, {allowed}")
         self.core = RigBatch(1, rig, scenario, sensors, reward, slew_limit, duration, threads=1)
         self.sensors = self.core.sensors
         self.render_mode = render_mode
@@ -131,6 +140,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self._reward, self._done, self._terms = (_view(record, name) for name in ("reward", "step", "terms"))
         self._state = record["state"]
         self._reported = [_view(record, name) for name in _REPORTED]
+        self._picture = None if render_mode is None else self._make_picture(record)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -139,6 +149,8 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         super().reset(seed=seed)
         only = np.zeros(1, dtype=np.intp)
         self.core.reset(only, [self.np_random], options)
+        if self._picture is not None:
+            self._picture.begin()
         return self.core.observations[0], {**self._info(), "start": self.core.starts(only)[0]}
 
     def step(
@@ -154,11 +166,42 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         if self._done.item() >= self._steps:
             raise ResetNeeded(f"the episode of {self._steps} steps is over, or none has begun; call reset() first")
         self.core.step(self._action)
+        if self._picture is not None:
+            self._picture.follow()
         info = self._info()
         truncated = self._done.item() >= self._steps
         if truncated:
             info["is_success"] = bool(self.core.mitigated[0])
         return self.core.observations[0], self._reward.item(), False, truncated, info
+
+    def render(self) -> npt.NDArray[np.uint8] | None:
+        """The rig as RGB of shape (540, 960, 3) in the mode "rgb_array"; otherwise None.
+
+        In the mode "human" `reset` and `step` show the rig by themselves. Raises `ResetNeeded` before
+        the first episode.
+        """
+        if self._picture is None:
+            gym.logger.warn(
+                "render() does nothing without a render_mode; name one when the environment is made, "
+                'for example gym.make("DrillRig-v0", render_mode="rgb_array")'
+            )
+            return None
+        if not self._picture.began:
+            raise ResetNeeded("there is no episode to draw yet; call reset() first")
+        if self.render_mode == "rgb_array":
+            return self._picture.frame()
+        self._picture.show()
+        return None
+
+    def close(self) -> None:
+        """Close the window of the mode "human"."""
+        if self._picture is not None:
+            self._picture.close()
+
+    def _make_picture(self, record: np.void) -> RigPicture:
+        from drillrig_env.env.rendering import RigPicture
+
+        return RigPicture(self.core.rig, record, self.render_mode == "human", self.metadata["render_fps"])
 
     def _info(self) -> dict[str, Any]:
         reference, target, normal_force, mu_s, mu_k, v_b, torque = [value.item() for value in self._reported]

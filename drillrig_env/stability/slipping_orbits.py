@@ -33,7 +33,7 @@ from drillrig_env.stability.hurwitz import critical_slope
 
 _POINTS_A_UNIT = 12
 _FIRST_DEPTH = 0.02
-_TAIL = 1e-11
+_TAIL = 1e-9
 """Largest share of the highest harmonics; above it the number of samples is doubled."""
 
 Complex = npt.NDArray[np.complex128]

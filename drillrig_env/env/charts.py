@@ -1,0 +1,199 @@
+"""The charts beside the drawn rig: its speeds over the last seconds, and where it stands on its stability map.
+
+What seldom changes (grids, names, regions) is painted on a background by the functions `paint_...`;
+the curves of the moment are drawn over it by the functions `draw_...`. Places and lengths are px of
+the canvas on which `drillrig_env.env.rendering` draws, twice as wide and high as a frame.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import count, pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.scenario import LARGEST_REFERENCE
+from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.rig import Rig
+from drillrig_env.stability import critical_speed, fold_speed
+
+os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+try:
+    import pygame
+except ImportError as error:
+    raise ImportError("rendering needs pygame-ce; install it with: pip install 'drillrig[render]'") from error
+
+HISTORY = 20.0
+"""How far back the strip charts reach, s."""
+
+INK, MUTED, PAPER = "#1a1a1a", "#59636e", "#ffffff"
+BIT, TOP, REFERENCE = "#1f5fa8", "#5aa84f", "#d1651f"
+MINUS = "\N{MINUS SIGN}"
+
+_GRID = "#e1e5ea"
+_STICK_SLIP, _EITHER, _CALM = "#f2c9ac", "#f6ebdd", "#dce8f4"
+_FONTS = "dejavusans,liberationsans,arial,helvetica"
+_CHART, _MAP = pygame.Rect(850, 120, 1010, 390), pygame.Rect(850, 660, 1010, 320)
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Axes:
+    """A rectangle of the canvas with a scale on either axis."""
+
+    box: pygame.Rect
+    x: tuple[float, float]
+    y: tuple[float, float]
+
+    def places(self, x: npt.ArrayLike, y: npt.ArrayLike) -> list[Point]:
+        """Where the points (x, y) lie on the canvas; what is beyond the axes lies on their edge."""
+        right = (np.clip(x, *self.x) - self.x[0]) / (self.x[1] - self.x[0])
+        up = (np.clip(y, *self.y) - self.y[0]) / (self.y[1] - self.y[0])
+        points = np.broadcast_arrays(self.box.left + right * self.box.width, self.box.bottom - up * self.box.height)
+        return [(across, down) for across, down in np.stack(points, axis=-1).reshape(-1, 2).tolist()]
+
+
+@dataclass(frozen=True)
+class Fonts:
+    """The two sizes in which a picture is lettered."""
+
+    large: pygame.font.Font
+    small: pygame.font.Font
+
+    @classmethod
+    def load(cls) -> Fonts:
+        """The first of a few plain fonts that the system has, or else pygame's own."""
+        pygame.font.init()
+        with warnings.catch_warnings():  # on a system that cannot list its fonts pygame's own will do
+            warnings.simplefilter("ignore")
+            path = pygame.font.match_font(_FONTS)
+        return cls(pygame.font.Font(path, 36), pygame.font.Font(path, 31))
+
+
+def speed_axes(highest: float) -> Axes:
+    """The axes of the strip charts: time (s) before now, and speeds up to `highest` (rad/s)."""
+    return Axes(_CHART, (-HISTORY, 0.0), (-0.3, highest))
+
+
+def map_axes(most: float) -> Axes:
+    """The axes of the stability map: speed reference (rad/s), and normal forces up to `most` (N)."""
+    return Axes(_MAP, (0.0, LARGEST_REFERENCE), (0.0, most))
+
+
+def paint_speeds(ground: pygame.Surface, fonts: Fonts, axes: Axes) -> None:
+    """The background of the strip charts."""
+    times = {time: f"{MINUS}{-time} s" if time else "now" for time in range(-round(HISTORY), 1, 5)}
+    _paint_scales(ground, fonts, axes, times)
+    lines = (("bit", BIT, False), ("top drive", TOP, False), ("reference", REFERENCE, False), ("target", INK, True))
+    _paint_title(ground, fonts, axes.box, "speed, rad/s", lines)
+
+
+def draw_speeds(canvas: pygame.Surface, axes: Axes, speeds: FloatArray, target: float) -> None:
+    """Speeds of bit, top drive and reference, shape (steps, 3), the last row being now; and the target (rad/s)."""
+    times = CONTROL_PERIOD * np.arange(1 - len(speeds), 1)
+    for color, speed, width in zip((BIT, TOP, REFERENCE), speeds.T, (5, 6, 4), strict=True):
+        _line(canvas, color, axes.places(times, speed), width)
+    _line(canvas, INK, axes.places(axes.x, target), 4, dashed=True)
+
+
+def paint_map(ground: pygame.Surface, fonts: Fonts, axes: Axes, rig: Rig, mu_s: float, mu_k: float, v_b: float) -> None:
+    """Below the critical speed stick-slip, beyond the fold calm rotation, and between them either."""
+    box = axes.box
+    forces, critical, fold = _boundaries(rig, mu_s, mu_k, v_b, axes.y[1])
+    pygame.draw.rect(ground, _CALM, box)
+    for color, speeds in ((_EITHER, fold), (_STICK_SLIP, critical)):
+        pygame.draw.polygon(ground, color, [box.bottomleft, *axes.places(speeds, forces), box.topleft])
+    _paint_scales(ground, fonts, axes, {speed: f"{speed}" for speed in range(0, round(LARGEST_REFERENCE) + 1, 2)})
+    for dashed, speeds in ((False, critical), (True, fold)):
+        inside = (speeds > 0.0) & (speeds < LARGEST_REFERENCE)
+        _line(ground, INK, axes.places(speeds[inside], forces[inside]), 6, dashed)
+    edges = (np.zeros_like(forces), critical, fold, np.full_like(forces, LARGEST_REFERENCE))
+    for (left, right), name, share in zip(
+        pairwise(edges), ("stick-slip", "either", "calm"), (0.9, 0.9, 0.2), strict=True
+    ):
+        row = round(share * len(forces)) - 1
+        (start, y), (end, _) = axes.places((left[row], right[row]), forces[row])
+        if end - start > fonts.small.size(name)[0] + 20:
+            write(ground, fonts.small, name, ((start + end) / 2, y), "center", INK)
+    _paint_title(ground, fonts, box, "normal force, N", (("critical speed", INK, False), ("fold", INK, True)))
+    write(ground, fonts.large, "speed reference, rad/s", (box.right, box.bottom + 48), "topright", INK)
+
+
+def draw_path(canvas: pygame.Surface, axes: Axes, references: FloatArray, forces: FloatArray) -> None:
+    """The way over the map to where the rig stands now: speed references (rad/s) and normal forces (N)."""
+    path = axes.places(references, forces)
+    _line(canvas, REFERENCE, path, 5)
+    pygame.draw.circle(canvas, PAPER, path[-1], 17)
+    pygame.draw.circle(canvas, REFERENCE, path[-1], 13)
+
+
+def write(surface: pygame.Surface, font: pygame.font.Font, text: str, at: Point, anchor: str, color: str) -> int:
+    """Write with the corner or side `anchor` of the text at a place; returns where the text ends."""
+    image = font.render(text, True, color)
+    place = image.get_rect(**{anchor: (round(at[0]), round(at[1]))})
+    surface.blit(image, place)
+    return place.right
+
+
+@lru_cache(maxsize=32)
+def _boundaries(
+    rig: Rig, mu_s: float, mu_k: float, v_b: float, most: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Normal forces up to `most` (N), and for each the critical speed and the fold (rad/s), infinite off the map."""
+    forces = np.linspace(most / 60, most, 60)
+    critical = np.asarray(critical_speed(rig, Friction(forces, mu_s, mu_k, v_b)))
+    fold = np.array([_fold(rig, Friction(force, mu_s, mu_k, v_b)) for force in forces.tolist()])
+    return forces, critical, np.fmax(critical, fold)  # where there is no bistable region, the fold is NaN
+
+
+def _fold(rig: Rig, friction: Friction) -> float:
+    try:
+        return float(fold_speed(rig, friction))
+    except ValueError:  # friction too strong for a fold within reach of the drive, or a rig that is never stable
+        return np.inf
+
+
+def _paint_scales(ground: pygame.Surface, fonts: Fonts, axes: Axes, x: dict[int, str]) -> None:
+    """Grid and numbers of a chart; upwards at most six steps of 1, 2, 5, 10, 20, ..."""
+    box, highest = axes.box, int(axes.y[1])
+    step = next(step for power in count() for step in (10**power, 2 * 10**power, 5 * 10**power) if highest <= 6 * step)
+    for value, name in x.items():
+        ((across, _),) = axes.places(value, 0.0)
+        pygame.draw.line(ground, _GRID, (across, box.top), (across, box.bottom), 2)
+        write(ground, fonts.small, name, (across, box.bottom + 10), "midtop", MUTED)
+    for value in range(0, highest + 1, step):
+        ((_, down),) = axes.places(0.0, value)
+        pygame.draw.line(ground, _GRID, (box.left, down), (box.right, down), 2)
+        write(ground, fonts.small, f"{value}", (box.left - 14, down), "midright", MUTED)
+
+
+def _paint_title(
+    ground: pygame.Surface, fonts: Fonts, box: pygame.Rect, title: str, lines: tuple[tuple[str, str, bool], ...]
+) -> None:
+    """The name of the vertical axis, then the lines of the chart and whether they are dashed."""
+    base, right = box.top - 20, float(box.left)
+    right = write(ground, fonts.large, title, (right, base), "bottomleft", INK) + 50
+    for name, color, dashed in lines:
+        _line(ground, color, [(right, base - 20), (right + 44, base - 20)], 4 if dashed else 7, dashed)
+        right = write(ground, fonts.large, name, (right + 56, base), "bottomleft", color) + 30
+
+
+def _line(surface: pygame.Surface, color: str, points: list[Point], width: int, dashed: bool = False) -> None:
+    """A line through points; none where there are fewer than two."""
+    if len(points) < 2:
+        return
+    if not dashed:
+        pygame.draw.lines(surface, color, False, points, width)
+        return
+    x, y = np.array(points).T
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    starts = np.arange(0.0, along[-1], 28.0)
+    ends = np.stack([(np.interp(at, along, x), np.interp(at, along, y)) for at in (starts, starts + 16.0)])
+    for start, end in ends.transpose(2, 0, 1).tolist():
+        pygame.draw.line(surface, color, start, end, width)
