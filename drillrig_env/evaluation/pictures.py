@@ -11,7 +11,7 @@ from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
-from drillrig_env.stability import critical_speed
+from drillrig_env.stability import critical_speed, fold_speed
 
 try:
     import matplotlib
@@ -58,8 +58,8 @@ def plot_histories(runs: Mapping[str, Episodes], rig: int, path: Path) -> None:
 
 
 def plot_map(runs: Mapping[str, Mapping[str, np.ndarray]], rig: Rig, path: Path) -> None:
-    """Who mitigates what over target and normal force, a panel a policy, with the critical speed, as PNG."""
-    columns = min(3, len(runs))
+    """Who mitigates what over target and normal force, a panel a policy, with critical speed and fold, as PNG."""
+    columns = 2 if len(runs) in (2, 4) else min(3, len(runs))
     rows = -(-len(runs) // columns)
     figure, panels = plt.subplots(
         rows, columns, figsize=(1.0 + 3.6 * columns, 0.9 + 3.3 * rows), sharex=True, sharey=True, squeeze=False
@@ -70,6 +70,7 @@ def plot_map(runs: Mapping[str, Mapping[str, np.ndarray]], rig: Rig, path: Path)
         panel.scatter(target[~good], force[~good], s=13, color=_BAD, marker="x", lw=0.9, label="not")
         forces = np.linspace(max(force.min(), 1.0), force.max(), 200)
         panel.plot(critical_speed(rig, Friction(forces)), forces, color="0.1", lw=1.4, label="critical speed")
+        panel.plot(fold_speed(rig, Friction(forces)), forces, color="0.1", lw=1.4, ls="-.", label="fold")
         panel.set_xlim(target.min() - 0.1, target.max() + 0.1)
         panel.set_title(f"{name}: {good.mean():.0%} mitigated", loc="left", fontsize=10)
         panel.grid(alpha=0.2)
@@ -80,8 +81,8 @@ def plot_map(runs: Mapping[str, Mapping[str, np.ndarray]], rig: Rig, path: Path)
     for panel in panels[:, 0]:
         panel.set_ylabel("normal force, N")
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=3, fontsize=9, frameon=False)
-    figure.suptitle("The critical speed is drawn for the nominal friction; each rig has its own", fontsize=9)
+    figure.legend(handles, labels, loc="lower center", ncols=4, fontsize=9, frameon=False)
+    figure.suptitle("Critical speed and fold are drawn for the nominal friction; each rig has its own", fontsize=9)
     _save(figure, path)
 
 

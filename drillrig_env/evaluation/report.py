@@ -23,7 +23,7 @@ _COLUMNS = (
     ("below ω_c", "mitigated", rate, 3),
     ("above ω_c", "mitigated", rate, 3),
     ("calm", "calm", rate, 3),
-    ("to calm, s", "time_to_calm", median, 1),
+    ("to calm", "time_to_calm", median, 1),
     ("cost", "cost", mean, 3),
     ("stuck", "stuck", mean, 3),
     ("peak speed", "peak_speed", median, 2),
@@ -63,10 +63,10 @@ def print_table(title: str, results: Mapping[str, Scores], told: Mapping[str, bo
     from rich.console import Console
     from rich.table import Table
 
-    caption = "below: 95 % interval; to calm: median, cost: mean"
+    caption = "below: 95 % interval; to calm: median, s; cost: mean"
     if any(told.get(policy) for policy in results):
         caption += "; * told the friction"
-    table = Table(title=title, caption=caption, box=None, padding=(0, 2, 0, 0), pad_edge=False, caption_justify="left")
+    table = Table(title=title, caption=caption, box=None, padding=(0, 1, 0, 0), pad_edge=False, caption_justify="left")
     table.add_column("policy", no_wrap=True)
     for heading, *_ in _COLUMNS[:_IN_TERMINAL]:
         table.add_column(heading, justify="right", no_wrap=True)
