@@ -34,6 +34,7 @@ figures: $(READY)  ## The chapter's figures and the bistable region, from the pr
 benchmark: $(READY)  ## Speed and accuracy against other solvers and environments
 	$(BIN)/python -m benchmarks.solvers
 	$(BIN)/python -m benchmarks.environments
+	$(BIN)/python -m benchmarks.stability
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)

@@ -97,7 +97,7 @@ class Friction:
         kinetic = np.asarray(self.normal_force) * rig.r_1 * self.mu_k
         x_3, static, kinetic, v_b = np.broadcast_arrays(bit_speed, static, kinetic, self.v_b)
         torque, slope = np.empty(x_3.shape), np.empty(x_3.shape)
-        flat = [np.ascontiguousarray(values, dtype=float).ravel() for values in (x_3, static, kinetic, v_b)]
+        flat = [np.array(values, dtype=float).ravel() for values in (x_3, static, kinetic, v_b)]
         _law_over(flat[0], flat[1], flat[2], flat[3], rig.omega_s, torque.reshape(-1), slope.reshape(-1))
         return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
 
