@@ -76,6 +76,18 @@ class Friction:
             wanted = "one number, or one entry a rig" if rigs is None else f"one number, or {rigs} entries"
             raise ValueError(f"Friction: fields of shapes {shapes}; allowed for each: {wanted}") from error
 
+    def single(self) -> Friction:
+        """The friction of one rig with plain numbers as fields. `ValueError` for a batch of several."""
+        table = self.as_array()
+        if len(table) != 1:
+            raise refuse("Friction", "number of rigs", len(table), "", "one here")
+        return Friction(*table[0].tolist())
+
+    def law(self, rig: Rig) -> tuple[float, float, float, float]:
+        """What `torque_in_zone` takes for one rig: N_1 r_1 mu_s and N_1 r_1 mu_k (N m), v_b, omega_s."""
+        normal_force, mu_s, mu_k, v_b = self.single().as_array()[0].tolist()
+        return normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s
+
     def torque(self, rig: Rig, bit_speed: Quantity) -> Quantity:
         """Torque of the adopted law (4-9) at a bit speed (rad/s), in N m; shapes broadcast."""
         return self._evaluate(rig, bit_speed)[0]

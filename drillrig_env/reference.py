@@ -16,12 +16,6 @@ _torque_in_zone = torque_in_zone.py_func  # type: ignore[attr-defined]
 _zone_of = zone_of.py_func  # type: ignore[attr-defined]
 
 
-def _law(rig: Rig, friction: Friction) -> tuple[float, float, float, float]:
-    """The arguments of the friction law after zone and speed: N_1 r_1 mu_s, N_1 r_1 mu_k, v_b, omega_s."""
-    normal_force, mu_s, mu_k, v_b = friction.as_array(1)[0].tolist()
-    return normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s
-
-
 def vode(
     rig: Rig,
     friction: Friction,
@@ -38,7 +32,7 @@ def vode(
     With `with_jacobian=False` VODE iterates functionally, at some 50 times the work. The Jacobian
     is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
     """
-    law = _law(rig, friction)
+    law = friction.law(rig)
 
     def rates(_t: float, x: FloatArray) -> list[float]:
         x_3 = float(x[2])
@@ -72,7 +66,7 @@ def radau(
     Every piece is smooth beyond its zone, so the event is found on a smooth solution. Arguments and
     result as for `vode`; the accurate reference of the project.
     """
-    law = _law(rig, friction)
+    law = friction.law(rig)
     linear, to_rates = jacobian(rig), friction_input(rig)
     offset = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
     states = np.empty((len(times) - 1, 7))

@@ -93,12 +93,3 @@ class Sensors:
     def values(self, observation: np.ndarray) -> dict[str, np.ndarray]:
         """All channels' physical values by name."""
         return {name: self.value(observation, name) for name in self.names}
-
-    def table(self) -> str:
-        """The layout as a Markdown table: index, name, unit, meaning, offset and scale."""
-        rows = ["| | channel | unit | meaning | offset | scale |", "|---|---|---|---|---|---|"]
-        rows += [
-            f"| {i} | `{c.name}` | {c.unit} | {c.meaning} | {c.offset} | {c.scale} |"
-            for i, c in enumerate(self.channels)
-        ]
-        return "\n".join(rows)

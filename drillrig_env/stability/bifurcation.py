@@ -21,7 +21,7 @@ from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
-from drillrig_env.stability.fold import fold_speed, load_of
+from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.limit_cycle import (
     SIGNALS,
@@ -30,7 +30,6 @@ from drillrig_env.stability.limit_cycle import (
     slipping_orbit_of_depth,
     stick_slip_orbit,
 )
-from drillrig_env.stability.slipping_orbits import slipping_orbits
 
 ORBIT = np.dtype(
     [
@@ -102,8 +101,9 @@ def bifurcation_diagram(
         raise refuse("bifurcation_diagram", "points", points, "", ">= 2")
     if not POSITIVE.holds(np.array(speeds)) or speeds[0] >= speeds[1]:
         raise refuse("bifurcation_diagram", "speeds", speeds, "rad/s", "(low, high), > 0, low < high")
+    friction = friction.single()
     hopf = hopf_points(rig, friction)
-    fold = float(np.max(fold_speed(rig, friction)))
+    fold = float(fold_speed(rig, friction))
     grid = np.linspace(*speeds, 2 * points)
     special = {point.label: point.speed_reference for point in hopf}
     if np.isnan(fold):
@@ -128,6 +128,7 @@ def bifurcation_diagram(
 
 def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
     """p1 at the given speed references (rad/s), each orbit found from the last."""
+    friction = friction.single()
     orbits: list[PeriodicOrbit] = []
     begins, ends = "the lowest speed asked for", "the highest speed asked for"
     for speed in speeds:
@@ -137,7 +138,7 @@ def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
         except NoOrbitError as error:
             ends = f"{error}"
             break
-    fold = float(np.max(fold_speed(rig, friction)))
+    fold = float(fold_speed(rig, friction))
     if orbits and orbits[-1].speed_reference > fold * (1.0 - 2.0 * _SHORT_OF_THE_FOLD):
         ends = "the fold: the orbit's lowest bit speed reaches the stick zone's edge, and p2 begins"
     return Branch("p1", _records(orbits), begins, ends)
@@ -145,7 +146,8 @@ def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
 
 def slipping_branch(rig: Rig, friction: Friction, points: int = 120) -> Branch:
     """p2 from the Hopf point H2 to the fold, equally spaced in its depth."""
-    deepest = float(np.max(friction.v_b)) * (float(np.max(fold_speed(rig, friction))) - rig.omega_s)
+    friction = friction.single()
+    deepest = float(friction.v_b) * (float(fold_speed(rig, friction)) - rig.omega_s)
     depths = np.linspace(0.0, deepest, points + 1)[1:]
     orbits = [slipping_orbit_of_depth(rig, friction, float(depth)) for depth in depths]
     return Branch(
@@ -159,14 +161,15 @@ def force_diagram(rig: Rig, friction: Friction, speed_reference: float, points: 
     p2 runs from the N_1 at which `speed_reference` is the fold up to that at which it is the critical
     speed; p1 begins at the former. Raises `NoOrbitError` where the largest N_1 brings no stick-slip.
     """
-    largest = float(np.max(friction.normal_force))
-    fold = float(np.max(fold_speed(rig, friction)))
+    friction = friction.single()
+    largest = float(friction.normal_force)
+    fold = float(fold_speed(rig, friction))
     if not speed_reference < fold:
         raise NoOrbitError(f"no orbit up to {largest:g} N at {speed_reference:g} rad/s: the fold is {fold:.6g} rad/s")
-    v_b = float(np.max(friction.v_b))
-    family = slipping_orbits(rig)
+    v_b = float(friction.v_b)
+    family = family_for(rig, friction)
     depths = np.linspace(0.0, v_b * (speed_reference - rig.omega_s), points + 1)[1:]
-    excess = float(np.max(load_of(rig, friction))) - v_b * (speed_reference - rig.omega_s)
+    excess = float(load_of(rig, friction)) - v_b * (speed_reference - rig.omega_s)
     forces = largest * np.exp(family.guess(depths)[:, 0] - excess)
     slipping = [
         slipping_orbit_of_depth(rig, replace(friction, normal_force=float(force)), float(depth))
@@ -213,7 +216,7 @@ def _records(orbits: Iterable[PeriodicOrbit]) -> npt.NDArray[np.void]:
     rows: list[tuple[Any, ...]] = [
         (
             orbit.speed_reference,
-            float(np.max(orbit.friction.normal_force)),
+            float(orbit.friction.normal_force),
             orbit.stable,
             orbit.period,
             orbit.stuck,

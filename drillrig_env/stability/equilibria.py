@@ -64,8 +64,9 @@ def equilibria(rig: Rig, friction: Friction, speeds: FloatArray) -> npt.NDArray[
 
     e1 lies below the critical speed and e2 above it.
     """
+    friction = friction.single()
     points = np.zeros(len(speeds), dtype=EQUILIBRIUM)
-    border = float(np.max(critical_speed(rig, friction)))
+    border = float(critical_speed(rig, friction))
     for point, speed in zip(points, speeds, strict=True):
         values = eigenvalues(rig, friction, float(speed))
         point["speed_reference"] = speed
@@ -79,11 +80,12 @@ def equilibria(rig: Rig, friction: Friction, speeds: FloatArray) -> npt.NDArray[
 
 def hopf_points(rig: Rig, friction: Friction) -> list[HopfPoint]:
     """H1 and H2 of one friction; empty where every speed is stable."""
-    border = float(np.max(critical_speed(rig, friction)))
+    friction = friction.single()
+    border = float(critical_speed(rig, friction))
     if not rig.omega_s < border < np.inf:
         return []
     kink = HopfPoint("H1", rig.omega_s, np.nan, np.nan, np.nan)
-    return [kink, _hopf_point(rig, float(np.max(friction.v_b)), border)]
+    return [kink, _hopf_point(rig, float(friction.v_b), border)]
 
 
 def _hopf_point(rig: Rig, v_b: float, speed: float) -> HopfPoint:

@@ -25,7 +25,7 @@ def fold_speed(rig: Rig, friction: Friction) -> Quantity:
     """
     load = load_of(rig, friction)
     bistable = np.asarray(critical_speed(rig, friction)) > rig.omega_s
-    depth = _family(rig, load).grazing_depth(load)
+    depth = family_for(rig, friction).grazing_depth(load)
     speed = np.where(bistable, depth / np.asarray(friction.v_b) + rig.omega_s, np.nan)
     return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
 
@@ -37,8 +37,12 @@ def load_of(rig: Rig, friction: Friction) -> FloatArray:
         return np.asarray(np.log(drop * friction.v_b) - np.asarray(friction.v_b) * rig.omega_s)
 
 
-def _family(rig: Rig, load: FloatArray) -> SlippingOrbits:
-    """The family of the rig, followed deep enough for the largest load."""
+def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
+    """The rig's family of slipping orbits, followed deep enough for the largest load of a friction.
+
+    Raises `ValueError` for a load beyond what can be followed.
+    """
+    load = load_of(rig, friction)
     for depth in _DEPTHS:
         family = slipping_orbits(rig, depth)
         largest = family.log_gain[-1] + family.depth[-1]
@@ -56,4 +60,4 @@ def basin_depth(rig: Rig, friction: Friction, speed_reference: Quantity) -> Floa
     """
     load = load_of(rig, friction)
     log_gain = load + np.asarray(friction.v_b) * (rig.omega_s - np.asarray(speed_reference))
-    return np.asarray(slipping_orbits(rig).depth_of_gain(log_gain) / friction.v_b)
+    return np.asarray(family_for(rig, friction).depth_of_gain(log_gain) / friction.v_b)

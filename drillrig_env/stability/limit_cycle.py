@@ -14,10 +14,9 @@ from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.model import friction_input, frictionless_state, jacobian, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
-from drillrig_env.stability.fold import fold_speed, load_of
+from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.return_map import flow, next_crossings
-from drillrig_env.stability.slipping_orbits import slipping_orbits
 
 SIGNALS = ("bit_speed", "collar_speed", "top_speed", "current")
 """The states whose extremes an orbit reports, columns 2 to 5 of the state."""
@@ -88,6 +87,7 @@ def stick_slip_orbit(
     Raises `NoOrbitError` where the rig does not stick and slip, `ValueError` for a speed reference
     that is not positive.
     """
+    friction = friction.single()
     _check_speed(speed_reference)
     x = wound_up(rig, friction, speed_reference).reshape(1, 7) if guess is None else np.array(guess, dtype=float)[None]
     for _ in range(1 if guess is not None else _SETTLING_RETURNS):
@@ -115,16 +115,17 @@ def slipping_orbit(rig: Rig, friction: Friction, speed_reference: float) -> Peri
 
     Raises `NoOrbitError` outside that range, which the message states.
     """
+    friction = friction.single()
     _check_speed(speed_reference)
-    hopf, fold = float(np.max(critical_speed(rig, friction))), float(np.max(fold_speed(rig, friction)))
+    hopf, fold = float(critical_speed(rig, friction)), float(fold_speed(rig, friction))
     if not hopf < speed_reference <= fold:
         raise NoOrbitError(
             f"p2: no orbit at speed_reference = {speed_reference:g} rad/s; "
             f"allowed: above the critical speed {hopf:.6g} and up to the fold {fold:.6g} rad/s"
         )
-    v_b = float(np.max(friction.v_b))
-    log_gain = float(np.max(load_of(rig, friction))) + v_b * (rig.omega_s - speed_reference)
-    family = slipping_orbits(rig)
+    v_b = float(friction.v_b)
+    log_gain = float(load_of(rig, friction)) + v_b * (rig.omega_s - speed_reference)
+    family = family_for(rig, friction)
     deepest = v_b * (fold - rig.omega_s)
     depth = brentq(
         lambda a: float(family.guess(a)[0]) - log_gain, 0.0, min(deepest * 1.001, family.depth[-1]), xtol=1e-12
@@ -134,15 +135,16 @@ def slipping_orbit(rig: Rig, friction: Friction, speed_reference: float) -> Peri
 
 def slipping_orbit_of_depth(rig: Rig, friction: Friction, depth: float) -> PeriodicOrbit:
     """The orbit of the slipping family with that depth a = v_b (omega_ref - lowest bit speed), for a friction."""
-    family = slipping_orbits(rig)
+    friction = friction.single()
+    family = family_for(rig, friction)
     q, frequency, log_gain = family.orbit(depth)
-    v_b = float(np.max(friction.v_b))
-    speed_reference = rig.omega_s + (float(np.max(load_of(rig, friction))) - log_gain) / v_b
+    v_b = float(friction.v_b)
+    speed_reference = rig.omega_s + (float(load_of(rig, friction)) - log_gain) / v_b
     drive = np.fft.rfft(np.exp(log_gain - q)) / v_b  # the part of T_r1 that varies, N m
     harmonics = 1j * frequency * np.arange(len(drive))
     systems = harmonics[:, None, None] * np.eye(7) - jacobian(rig)
     states = np.fft.irfft(np.linalg.solve(systems, friction_input(rig)[:, None])[..., 0].T * drive, len(q)).T
-    kinetic = float(np.max(friction.normal_force)) * rig.r_1 * float(np.max(friction.mu_k))
+    kinetic = float(friction.normal_force) * rig.r_1 * float(friction.mu_k)
     rest = np.linalg.solve(jacobian(rig), -friction_input(rig) * kinetic)
     lowest = frictionless_state(rig, speed_reference) + rest + states[0]
     state, _ = next_crossings(rig, friction, speed_reference, lowest[None])
@@ -194,6 +196,6 @@ def _check_speed(speed_reference: float) -> None:
 
 
 def _no_stick_slip(rig: Rig, friction: Friction, speed_reference: float) -> NoOrbitError:
-    fold = float(np.max(fold_speed(rig, friction)))
+    fold = float(fold_speed(rig, friction))
     where = "friction is so weak that it never does" if np.isnan(fold) else f"it does below the fold, {fold:.6g} rad/s"
     return NoOrbitError(f"p1: the rig does not stick and slip at speed_reference = {speed_reference:g} rad/s; {where}")

@@ -22,7 +22,7 @@ _LONGEST_RETURN = 4000  # periods
 
 def flow(rig: Rig, friction: Friction, speed_reference: float, states: FloatArray, time: float) -> FloatArray:
     """States of shape (n, 7) after any `time` (s) at constant speed reference (rad/s)."""
-    law, matrix, tables = _law(rig, friction, speed_reference), _rates_matrix(rig), ladder(rig, _PERIOD)
+    law, matrix, tables = np.array([*friction.law(rig), speed_reference]), _rates_matrix(rig), ladder(rig, _PERIOD)
     result = np.array(states, dtype=float)
     _flow(result, time, law, matrix, tables.rungs, tables.sampling, tables.shift)
     return result
@@ -35,16 +35,10 @@ def next_crossings(
 
     Returns the states there and the times taken (s; NaN where 200 s brought none).
     """
-    law, matrix, tables = _law(rig, friction, speed_reference), _rates_matrix(rig), ladder(rig, _PERIOD)
+    law, matrix, tables = np.array([*friction.law(rig), speed_reference]), _rates_matrix(rig), ladder(rig, _PERIOD)
     result, times = np.array(states, dtype=float), np.empty(len(states))
     _cross(result, times, law, matrix, tables.rungs, tables.sampling, tables.shift)
     return result, times
-
-
-def _law(rig: Rig, friction: Friction, speed_reference: float) -> FloatArray:
-    """Static and kinetic torque, v_b, omega_s and the speed reference, as the kernels take them."""
-    normal_force, mu_s, mu_k, v_b = friction.as_array(1)[0]
-    return np.array([normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s, speed_reference])
 
 
 def _rates_matrix(rig: Rig) -> FloatArray:

@@ -175,3 +175,23 @@ def test_two_parameter_curves():
     assert curves["critical_speed"] == pytest.approx([0.0, 1.9949, 2.6881], abs=1e-4)
     assert np.isnan(curves["fold_speed"][0])
     assert curves["fold_speed"][1:] == pytest.approx([2.90097, 4.78551], abs=1e-5)
+
+
+def test_heavy_loads_have_their_slipping_orbits_too():
+    """Beyond the depth that the family is first followed to."""
+    friction = Friction(90.0)
+    border, fold = critical_speed(RIG, friction), fold_speed(RIG, friction)
+    assert fold > 12.0 + RIG.omega_s
+    orbit = slipping_orbit(RIG, friction, fold - 0.05)
+    assert orbit.speed_reference == pytest.approx(fold - 0.05, abs=1e-5)
+    assert orbit.lowest[0] < 0.2
+    assert border < orbit.speed_reference
+
+
+@pytest.mark.parametrize(
+    "analysis",
+    [lambda f: hopf_points(RIG, f), lambda f: bifurcation_diagram(RIG, f), lambda f: stick_slip_orbit(RIG, f, 2.0)],
+)
+def test_a_batch_is_refused_where_one_friction_is_meant(analysis):
+    with pytest.raises(ValueError, match="number of rigs = 2"):
+        analysis(Friction(np.array([10.0, 20.0])))
