@@ -18,7 +18,9 @@ from drillrig_env import stability
 from drillrig_env.batch import simulate_batch
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.sensors import observation_table
 from drillrig_env.friction import Friction
+from drillrig_env.parameters import closest
 from drillrig_env.rig import Rig
 from drillrig_env.simulation import Simulation, simulate
 
@@ -28,24 +30,30 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "ENVIRONMENTS",
     "Friction",
     "Reward",
     "Rig",
     "Scenario",
     "Simulation",
     "make_sb3",
+    "observation_table",
     "register_envs",
     "simulate",
     "simulate_batch",
     "stability",
 ]
 
-_ENVIRONMENTS = {"DrillRig-v0": {"sensors": "state"}}
+ENVIRONMENTS: dict[str, dict[str, Any]] = {
+    "DrillRig-v0": {"sensors": "state"},
+    "DrillRigSurface-v0": {"sensors": "surface"},
+}
+"""The registered environments, and the arguments in which they differ."""
 
 
 def register_envs() -> None:
     """Register the environments with Gymnasium; calling it again changes nothing."""
-    for name, kwargs in _ENVIRONMENTS.items():
+    for name, kwargs in ENVIRONMENTS.items():
         if name not in gym.registry:
             gym.register(
                 name,
@@ -55,17 +63,20 @@ def register_envs() -> None:
             )
 
 
-def make_sb3(num_envs: int = 1, seed: int | None = None, **kwargs: Any) -> DrillRigVecEnv:
-    """A Stable-Baselines3 `VecEnv` of `num_envs` rigs of `DrillRig-v0`; `kwargs` as for the environment.
+def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig-v0", **kwargs: Any) -> DrillRigVecEnv:
+    """A Stable-Baselines3 `VecEnv` of `num_envs` rigs of an environment; `kwargs` as for the environment.
 
     >>> from stable_baselines3 import PPO
     >>> model = PPO("MlpPolicy", make_sb3(64, seed=0))
 
-    Needs the extra `agents`; without it, an `ImportError` that says what to install.
+    Raises `ValueError` for an unknown environment. Needs the extra `agents`; without it, an
+    `ImportError` that says what to install.
     """
+    if env_id not in ENVIRONMENTS:
+        raise ValueError(f"environment {env_id!r} is not known; {closest(env_id, ENVIRONMENTS)}")
     from drillrig_env.env.sb3 import DrillRigVecEnv
 
-    return DrillRigVecEnv(num_envs, seed=seed, **kwargs)
+    return DrillRigVecEnv(num_envs, seed=seed, **{**ENVIRONMENTS[env_id], **kwargs})
 
 
 register_envs()

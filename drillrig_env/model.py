@@ -22,7 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drillrig_env.friction import FloatArray, Friction, Quantity
-from drillrig_env.parameters import Allowed, refuse
+from drillrig_env.parameters import POSITIVE, Allowed, refuse
 from drillrig_env.rig import Rig
 
 STATE_NAMES = (
@@ -147,10 +147,10 @@ def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
 
     The chapter leaves out the integrator here. With it the drive winds up and always breaks away:
     standstill is no equilibrium of the 7-state model for a positive speed reference.
-    Raises `ValueError` for k_p = 0, where (4-15) has no meaning.
+    Raises `ValueError` for k_p <= 0, where (4-15) has no meaning.
     """
-    if rig.k_p == 0:
-        raise ValueError("minimum_speed: k_p = 0 V s/rad is not allowed; allowed: > 0 V s/rad")
+    if rig.k_p <= 0:
+        raise refuse("minimum_speed", "k_p", rig.k_p, "V s/rad", POSITIVE)
     static = np.asarray(friction.normal_force) * rig.r_1 * friction.mu_s
     speed = (static + rig.eta * rig.T_f) * rig.R / (rig.eta * rig.K_T * rig.k_p)
     return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import exp
 from typing import Any
 
@@ -12,16 +13,17 @@ import numpy.typing as npt
 from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, observe_rigs, settle_rigs, step_rigs
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, UNIFORMS, Draws, Scenario, check_pins
-from drillrig_env.env.sensors import Sensors
+from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME, Sensors
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.ladder import SAMPLES, ladder
-from drillrig_env.model import frictionless_state, steady_state, wound_up
+from drillrig_env.model import frictionless_state, steady_state, string_torque, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stick_slip import WINDOW, is_mitigated
 from drillrig_env.threads import check_threads, over_slices
 
 Observations = npt.NDArray[np.float32]
+_ALL = slice(None)
 
 
 class RigBatch:
@@ -29,6 +31,7 @@ class RigBatch:
 
     `rigs` is an array of records (see `drillrig_env.env.kernel.RIG`) with the state of every rig and
     what its last control step showed. Rigs share `rig`, and each has its own friction and generator.
+    `DrillRigEnv` describes the arguments. Raises `ValueError` for one that is not allowed.
     """
 
     def __init__(
@@ -36,11 +39,15 @@ class RigBatch:
         num_rigs: int = 1,
         rig: Rig | None = None,
         scenario: str | Scenario = "default",
-        sensors: str = "state",
+        sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,
         duration: float = 60.0,
         threads: int | None = None,
+        *,
+        noise: float | Mapping[str, float] | None = None,
+        delay: int | tuple[int, int] | None = None,
+        drive_gains: tuple[float, float] | None = None,
     ) -> None:
         if num_rigs < 1:
             raise refuse("DrillRig", "number of rigs", num_rigs, "", ">= 1")
@@ -57,17 +64,25 @@ class RigBatch:
         self.steps = steps
         self.slew_limit = slew_limit
         self.threads = check_threads(threads)
+        self.delay = check_delay(self.sensors.delay if delay is None else delay)
+        self.drive = self.rig if drive_gains is None else with_drive_gains(self.rig, drive_gains)
         self.rigs = np.zeros(num_rigs, dtype=RIG)
         self.rigs["step"] = steps  # no episode has begun
-        self.observations: Observations = np.zeros((num_rigs, len(self.sensors.channels)), dtype=np.float32)
-        self._tables = ladder(self.rig, CONTROL_PERIOD)
-        self._layout = self.sensors.layout
+        channels = len(self.sensors.channels)
+        self.observations: Observations = np.zeros((num_rigs, channels), dtype=np.float32)
+        self._past = np.zeros((num_rigs, self.delay[1] + 1, channels), dtype=np.float32)
+        self._tables, self._start_tables = ladder(self.drive, CONTROL_PERIOD), ladder(self.rig, CONTROL_PERIOD)
+        self._layout = self.sensors.layout(noise)
         self._settings = np.zeros(1, dtype=SETTINGS)
         self._settings[0] = (
             self.rig.r_1,
             self.rig.omega_s,
             slew_limit * CONTROL_PERIOD,
+            self.drive.k_p,
+            self.drive.k_i,
             1.0 - exp(-CONTROL_PERIOD / SAMPLES / self.reward.time_constant),
+            1.0 - exp(-CONTROL_PERIOD / TORQUE_MEAN_TIME),
+            1.0 - exp(-CONTROL_PERIOD / TORQUE_DEVIATION_TIME),
             self.reward.variance,
             self.reward.tracking,
             self.reward.action,
@@ -113,7 +128,9 @@ class RigBatch:
         fresh = self._begin(self.scenario.draw(uniforms, self.duration, pins))
         self.rigs[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
-        observe_rigs(fresh, self._layout, seen)
+        past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
+        observe_rigs(fresh, self._layout, past, seen)
+        self._past[indices] = past
         self.observations = self.observations.copy()
         self.observations[indices] = seen
 
@@ -124,19 +141,23 @@ class RigBatch:
         """
         observations = np.empty_like(self.observations)
         if self.threads == 1 or len(self.rigs) == 1:
-            self._step(self.rigs, actions, observations)
+            self._step(_ALL, actions, observations)
         else:
-            over_slices(
-                lambda part: self._step(self.rigs[part], actions[part], observations[part]),
-                len(self.rigs),
-                self.threads,
-            )
+            over_slices(lambda part: self._step(part, actions, observations), len(self.rigs), self.threads)
         self.observations = observations
 
-    def _step(self, rigs: np.ndarray, actions: npt.NDArray[np.float32], observations: Observations) -> None:
+    def _step(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> None:
         tables = self._tables
         step_rigs(
-            rigs, actions, self._settings, tables.rungs, tables.sampling, tables.shift, self._layout, observations
+            self.rigs[part],
+            actions[part],
+            self._settings,
+            tables.rungs,
+            tables.sampling,
+            tables.shift,
+            self._layout,
+            self._past[part],
+            observations[part],
         )
 
     def info(self) -> dict[str, Any]:
@@ -169,12 +190,25 @@ class RigBatch:
         fresh["speed_target"] = fresh["speed_reference"] = fresh["mean"] = target
         fresh["load_times"], fresh["load_forces"] = draws.load_times, draws.load_forces
         fresh["start"] = draws.start
+        low, high = self.delay
+        fresh["delay"] = low + np.minimum((draws.delay * (high - low + 1)).astype(int), high - low)
+        fresh["noise"] = (draws.noise * 2.0**53).astype(np.uint64)
         fresh["state"][:, :7] = steady_state(self.rig, friction, target)
         rest = draws.start == REST
         fresh["state"][rest, :7] = frictionless_state(self.rig, 0.0)
         fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
+        fresh["drive_torque"] = fresh["torque_mean"] = string_torque(self.rig, fresh["state"][:, :7])
         self._settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws.phase)
+        self._hand_over(fresh)
         return fresh
+
+    def _hand_over(self, fresh: np.ndarray) -> None:
+        """Give the rigs to the gains of the episode's drive, without a jump of the voltage."""
+        state, rig, drive = fresh["state"], self.rig, self.drive
+        error = fresh["speed_reference"] - state[:, 4]
+        fresh["voltage"] = rig.k_p * error + rig.k_i * state[:, 6]
+        if drive is not rig:
+            state[:, 6] = (fresh["voltage"] - drive.k_p * error) / drive.k_i
 
     def _settle(self, fresh: np.ndarray, indices: npt.NDArray[np.intp], phase: FloatArray) -> None:
         """Put the rigs at `indices`, now in steady rotation, onto their stick-slip cycle where they have one."""
@@ -186,10 +220,27 @@ class RigBatch:
         phases = phase[indices]
 
         def settle(part: slice) -> None:
-            tables = self._tables
+            tables = self._start_tables
             settle_rigs(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
 
         over_slices(settle, len(indices), self.threads)
         found = cycling["start"] == STICK_SLIP
         fresh[indices[found]] = cycling[found]
         fresh["start"][indices[~found]] = STEADY
+
+
+def check_delay(delay: int | tuple[int, int]) -> tuple[int, int]:
+    """A delay in control steps as (lowest, highest). `ValueError` where it is no whole number or too long."""
+    low, high = delay if isinstance(delay, Sequence) else (delay, delay)
+    if not (int(low) == low and int(high) == high and 0 <= low <= high <= LONGEST_DELAY):
+        raise refuse("DrillRig", "delay", delay, "control steps", f"whole, 0 to {LONGEST_DELAY}, or (low, high)")
+    return int(low), int(high)
+
+
+def with_drive_gains(rig: Rig, drive_gains: tuple[float, float]) -> Rig:
+    """The rig with other gains (k_p, k_i) of the drive's speed loop; k_i > 0. `ValueError` where it is not."""
+    try:
+        k_p, k_i = (float(gain) for gain in drive_gains)
+    except (TypeError, ValueError) as error:
+        raise refuse("DrillRig", "drive_gains", drive_gains, "", "(k_p in V s/rad, k_i in V/rad)") from error
+    return replace(rig, k_p=k_p, k_i=k_i)

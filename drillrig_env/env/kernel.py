@@ -6,7 +6,7 @@ that there is to a step; the single, the vector and the SB3 environment call it 
 
 from __future__ import annotations
 
-from math import sqrt
+from math import cos, log, pi, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ CONTROL_PERIOD = 0.1
 """Length of a control step, over which the speed reference is held constant, s."""
 
 _CHANNELS = len(CHANNELS)
+Past = npt.NDArray[np.float32]
 
 RIG = np.dtype(
     [
@@ -52,6 +53,12 @@ RIG = np.dtype(
         ("window_highest", "f8"),
         ("window_sum", "f8"),  # of `average`
         ("start", "i8"),  # index into STARTS, as it came out
+        ("voltage", "f8"),  # of the armature at the end of the last control step, V
+        ("drive_torque", "f8"),  # into the string, mean over the last control step, N m
+        ("torque_mean", "f8"),  # its running mean, and its running variance about that
+        ("torque_variance", "f8"),
+        ("delay", "i8"),  # control steps by which measurements come late
+        ("noise", "u8"),  # state of the generator of the measurement noise
     ],
     align=True,
 )
@@ -60,7 +67,11 @@ SETTINGS = np.dtype(
         ("r_1", "f8"),
         ("omega_s", "f8"),
         ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
-        ("gain", "f8"),  # of the running statistics, a sample
+        ("k_p", "f8"),  # of the drive's speed loop in the episode
+        ("k_i", "f8"),
+        ("gain", "f8"),  # of the running statistics of the bit speed, a sample
+        ("torque_mean_gain", "f8"),  # of those of the torque, a control step
+        ("torque_variance_gain", "f8"),
         ("variance_weight", "f8"),
         ("tracking_weight", "f8"),
         ("action_weight", "f8"),
@@ -80,13 +91,15 @@ def step_rigs(
     rungs: Records,
     sampling: Records,
     shift: FloatArray,
-    layout: FloatArray,
+    layout: Records,
+    past: Past,
     observations: npt.NDArray[np.float32],
 ) -> None:
     """Step every rig whose episode is not over by one control step, in place.
 
     `rigs` is an array of RIG, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
     length 1, `layout` the sensors' and `observations` of shape (n, channels) is filled for all rigs.
+    `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen.
     """
     work = np.zeros(1, dtype=WORKSPACE)[0]
     values = np.empty(_CHANNELS)
@@ -95,15 +108,18 @@ def step_rigs(
         rig = rigs[n]
         if rig.step < s.steps:
             _step(rig, actions[n, 0], s, rungs, sampling, shift, work)
-        _observe(rig, layout, values, observations[n])
+        _measure(rig, layout, values, observations[n])
+        if past.shape[1] > 1:
+            _delay(rig, layout, past[n], observations[n])
 
 
 @compiled
-def observe_rigs(rigs: Records, layout: FloatArray, observations: npt.NDArray[np.float32]) -> None:
-    """Fill the observations, shape (n, channels), of all rigs."""
+def observe_rigs(rigs: Records, layout: Records, past: Past, observations: npt.NDArray[np.float32]) -> None:
+    """Fill the first observations of episodes, shape (n, channels), and `past` with nothing but these."""
     values = np.empty(_CHANNELS)
     for n in range(rigs.shape[0]):
-        _observe(rigs[n], layout, values, observations[n])
+        _measure(rigs[n], layout, values, observations[n])
+        past[n, :] = observations[n]
 
 
 @inlined
@@ -150,31 +166,71 @@ def _hold(rig: Record, s: Record, rungs: Records, sampling: Records, shift: Floa
         y[i] += shift[0, i] + shift[1, i] * reference
     lowest = highest = work.speed_samples[0]
     highest_torque = work.torque_samples[0]
-    mean, variance, total, stuck = rig.mean, rig.variance, 0.0, 0
+    mean, variance, total, torque, stuck = rig.mean, rig.variance, 0.0, 0.0, 0
     for k in range(SAMPLES):
         speed = work.speed_samples[k]
         lowest, highest = min(lowest, speed), max(highest, speed)
         highest_torque = max(highest_torque, work.torque_samples[k])
         total += speed
+        torque += work.torque_samples[k]
         stuck += speed < STUCK_SPEED
         mean, variance = update_statistics(mean, variance, speed, s.gain)
     rig.mean, rig.variance = mean, variance
     rig.lowest, rig.highest, rig.average = lowest, highest, total / SAMPLES
     rig.stuck = stuck / SAMPLES
     rig.string_torque, rig.highest_torque = work.torque_samples[SAMPLES - 1], highest_torque
+    rig.drive_torque = torque / SAMPLES
+    deviation = rig.drive_torque - rig.torque_mean
+    rig.torque_mean += s.torque_mean_gain * deviation
+    rig.torque_variance += s.torque_variance_gain * (deviation * deviation - rig.torque_variance)
+    rig.voltage = s.k_p * (reference - y[4]) + s.k_i * y[6]
 
 
 @inlined
-def _observe(rig: Record, layout: FloatArray, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
-    """Scale the channels of `layout` into one observation; `values` follows the order of CHANNELS."""
+def _measure(rig: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
+    """Measure the channels of `layout` and scale them into one observation; `values` follows the order of CHANNELS."""
     for i in range(7):
         values[i] = rig.state[i]
     values[7], values[8] = rig.speed_reference, rig.speed_target
     values[9], values[10] = rig.mean, sqrt(rig.variance)
+    values[11], values[12] = rig.voltage, rig.drive_torque
+    values[13], values[14] = rig.torque_mean, sqrt(rig.torque_variance)
     for i in range(layout.shape[0]):
-        offset = layout[i, 1] + layout[i, 3] * rig.speed_target
-        scaled = (values[int(layout[i, 0])] - offset) / layout[i, 2]
+        channel = layout[i]
+        value = values[channel.source]
+        if channel.noise > 0.0:
+            value += channel.noise * _gaussian(rig)
+        scaled = (value - channel.offset - channel.from_target * rig.speed_target) / channel.scale
         observation[i] = min(max(scaled, -LIMIT), LIMIT)
+
+
+@inlined
+def _delay(rig: Record, layout: Records, past: Past, observation: npt.NDArray[np.float32]) -> None:
+    """Keep a new observation in the ring `past`, and put older measurements in its place."""
+    slots = past.shape[0]
+    past[rig.step % slots] = observation
+    seen = (rig.step - rig.delay) % slots
+    for i in range(layout.shape[0]):
+        if layout[i].late:
+            observation[i] = past[seen, i]
+
+
+@inlined
+def _gaussian(rig: Record) -> float:
+    """A standard normal number from the rig's own generator, by Box and Muller."""
+    radius = sqrt(-2.0 * log(1.0 - _uniform(rig)))
+    return radius * cos(2.0 * pi * _uniform(rig))
+
+
+@inlined
+def _uniform(rig: Record) -> float:
+    """A uniform number on [0, 1): SplitMix64 (Steele, Lea & Flood, 2014), whose state is one number a rig."""
+    rig.noise += np.uint64(0x9E3779B97F4A7C15)
+    z = rig.noise
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    z = z ^ (z >> np.uint64(31))
+    return float(z >> np.uint64(11)) * 2.0**-53
 
 
 _SETTLING_STEPS = 120

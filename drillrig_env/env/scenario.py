@@ -18,7 +18,7 @@ LARGEST_REFERENCE = 10.0
 """Upper end of the speed reference, rad/s."""
 
 MOST_LOAD_STEPS = 8
-UNIFORMS = 10
+UNIFORMS = 12
 """Uniform numbers on [0, 1) that one episode takes from its generator, whatever it uses of them."""
 
 _TARGETS = Allowed(low=0.0, high=LARGEST_REFERENCE, low_open=True)
@@ -36,6 +36,12 @@ PINS = (*_PINS, "start", "load_steps")
 _LEAST_MU_RATIO = 1.05
 
 
+def _check_range(name: str, bounds: tuple[float, float], unit: str, allowed: Allowed) -> None:
+    low, high = bounds
+    if not (allowed.holds(np.array([low, high])) and low <= high):
+        raise refuse("Scenario", name, (low, high), unit, f"(low, high) with low <= high, each {allowed}")
+
+
 @dataclass(frozen=True)
 class Scenario:
     """The distribution of episodes. Every range is drawn uniformly; `Scenario.named` has the presets.
@@ -51,13 +57,16 @@ class Scenario:
     stick_slip: float = 0.7  # share of episodes that start in developed stick-slip
     steady: float = 0.2  # share that starts in steady rotation; the rest starts at rest
     load_step: float = 0.5  # share with one load step, drawn
+    load_force: tuple[float, float] | None = None  # N, what N_1 then steps to, drawn; default as normal_force
+    load_time: tuple[float, float] = (0.0, 1.0)  # share of the episode, drawn
     friction: Friction = field(default_factory=Friction)  # nominal coefficients
 
     def __post_init__(self) -> None:
         for name, unit, allowed in (("speed_target", "rad/s", _TARGETS), ("normal_force", "N", NOT_NEGATIVE)):
-            low, high = getattr(self, name)
-            if not (allowed.holds(np.array([low, high])) and low <= high):
-                raise refuse("Scenario", name, (low, high), unit, f"(low, high) with low <= high, each {allowed}")
+            _check_range(name, getattr(self, name), unit, allowed)
+        _check_range("load_time", self.load_time, "", _SHARES)
+        if self.load_force is not None:
+            _check_range("load_force", self.load_force, "N", NOT_NEGATIVE)
         for name, allowed in (
             ("spread", Allowed(0.0, 1.0, high_open=True)),
             ("load_step", _SHARES),
@@ -109,10 +118,10 @@ class Scenario:
             for i, (time, force) in enumerate(pins["load_steps"]):
                 times[:, i], forces[:, i] = time, force
         else:
-            times[:, 0] = np.where(u[7] < self.load_step, u[8] * duration, np.inf)
-            forces[:, 0] = _between(self.normal_force, u[9])
+            times[:, 0] = np.where(u[7] < self.load_step, _between(self.load_time, u[8]) * duration, np.inf)
+            forces[:, 0] = _between(self.load_force or self.normal_force, u[9])
         target = drawn.pop("speed_target")
-        return Draws(target, Friction(**drawn), start, phase=u[6], load_times=times, load_forces=forces)
+        return Draws(target, Friction(**drawn), start, u[6], times, forces, delay=u[10], noise=u[11])
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +134,8 @@ class Draws:
     phase: FloatArray  # of the stick-slip cycle at the start, 0 to 1
     load_times: FloatArray  # (n, MOST_LOAD_STEPS), s; infinite where there is none
     load_forces: FloatArray  # (n, MOST_LOAD_STEPS), N
+    delay: FloatArray  # where in its range the delay of the measurements lies, 0 to 1
+    noise: FloatArray  # seed of the measurement noise, 0 to 1
 
 
 PRESETS: dict[str, Scenario] = {

@@ -1,85 +1,160 @@
-"""What the policy sees: named channels, each with its unit, offset and scale.
+"""What the policy sees: named channels, each with its unit, offset, scale and noise.
 
 An observation is (value - offset) / scale of its channels, clipped to +-LIMIT. The offset of a speed
 is the speed target: what matters is the distance from it, and 5 % of a slow target would be lost in
 the scale of the fastest. `Sensors.value` turns an observation back into physical numbers by name.
+
+The torque into the string is what a drive makes of its own current and speed. Integrated over one
+control step of length h, (4-5c) reads
+
+    mean T_s = eta K_T mean i - eta^2 C_m mean x_5 - eta T_f - J_3 (x_5(t) - x_5(t - h)) / h,
+
+so a drive that samples current and speed every millisecond and averages over the step knows the mean
+torque of the step within 0.005 N m (1 % of a common load), if it knows the motor: half a step late, and
+with the noise of the channel.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from drillrig_env.model import STATE_NAMES
-from drillrig_env.parameters import closest
+from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
 
 LIMIT = 10.0
 """Observations are clipped here; on the default draws they stay within about +-3."""
 
+LONGEST_DELAY = 10
+"""Most control steps by which measurements may come late."""
+
+TORQUE_MEAN_TIME, TORQUE_DEVIATION_TIME = 10.0, 2.5
+"""Time constants (s) of the running mean of the torque into the string, and of its deviation from that."""
+
+LAYOUT = np.dtype(
+    [
+        ("source", "i8"),  # index into CHANNELS
+        ("offset", "f8"),
+        ("from_target", "f8"),  # 1 where the speed target adds to the offset
+        ("scale", "f8"),
+        ("noise", "f8"),  # standard deviation, in the channel's unit
+        ("late", "b1"),  # whether the delay holds for it
+    ],
+    align=True,
+)
+"""How the batch core makes an observation, a record a channel."""
+
 
 @dataclass(frozen=True)
 class Channel:
-    """One measured quantity. Its observation is (value - offset) / scale; the offset "target" is the speed target."""
+    """One quantity that a policy may see.
+
+    Its observation is (value - offset) / scale; the offset "target" is the speed target. `noise` is the
+    standard deviation of an ordinary instrument for it, in `unit`. What the controller sets itself is
+    not `measured`: never noisy and never late.
+    """
 
     name: str
     unit: str
     offset: float | Literal["target"]
     scale: float
+    noise: float
     meaning: str
+    measured: bool = True
 
 
 CHANNELS = (
-    Channel("twist_12", "rad", -0.3, 0.3, "shaft twist between disc 1 and disc 2"),
-    Channel("twist_23", "rad", -1.0, 1.0, "shaft twist between disc 2 and the motor's output"),
-    Channel("bit_speed", "rad/s", "target", 2.0, "speed of disc 1, the bit"),
-    Channel("collar_speed", "rad/s", "target", 2.0, "speed of disc 2, the collars"),
-    Channel("top_speed", "rad/s", "target", 2.0, "speed of the motor's output"),
-    Channel("current", "A", 1.3, 0.5, "armature current"),
-    Channel("speed_error_integral", "rad", 2.1, 1.0, "integral of speed reference less top speed"),
-    Channel("speed_reference", "rad/s", "target", 2.0, "speed reference omega_ref"),
-    Channel("speed_target", "rad/s", 3.0, 2.0, "what the operator wants, omega*"),
-    Channel("bit_speed_mean", "rad/s", "target", 1.0, "running mean of the bit speed"),
-    Channel("bit_speed_deviation", "rad/s", 1.0, 1.0, "running standard deviation of the bit speed"),
+    Channel("twist_12", "rad", -0.3, 0.3, 0.005, "shaft twist between disc 1 (bit) and disc 2 (collars)"),
+    Channel("twist_23", "rad", -1.0, 1.0, 0.005, "shaft twist between disc 2 and the motor's output"),
+    Channel("bit_speed", "rad/s", "target", 2.0, 0.02, "speed of disc 1, the bit"),
+    Channel("collar_speed", "rad/s", "target", 2.0, 0.02, "speed of disc 2, the collars"),
+    Channel("top_speed", "rad/s", "target", 2.0, 0.02, "speed of the motor's output"),
+    Channel("current", "A", 1.3, 0.5, 0.02, "armature current"),
+    Channel("speed_error_integral", "rad", 2.1, 1.0, 0.0, "integral of speed reference less top speed"),
+    Channel("speed_reference", "rad/s", "target", 2.0, 0.0, "speed reference omega_ref", measured=False),
+    Channel("speed_target", "rad/s", 3.0, 2.0, 0.0, "what the operator wants, omega*", measured=False),
+    Channel("bit_speed_mean", "rad/s", "target", 1.0, 0.01, "running mean of the bit speed"),
+    Channel("bit_speed_deviation", "rad/s", 1.0, 1.0, 0.01, "running standard deviation of the bit speed"),
+    Channel("voltage", "V", 2.0, 1.0, 0.05, "armature voltage, from the speed loop"),
+    Channel("string_torque", "N m", 0.3, 0.3, 0.02, "torque into the string, as the drive estimates it"),
+    Channel("string_torque_mean", "N m", 0.3, 0.2, 0.002, "running mean of the torque into the string"),
+    Channel("string_torque_deviation", "N m", 0.2, 0.2, 0.002, "running deviation of that torque"),
 )
-"""Everything that can be measured, in the order in which the batch core lays it out."""
+"""Everything that can be seen, in the order in which the batch core lays it out."""
 
-_NAMES = tuple(channel.name for channel in CHANNELS)
-_SENSORS: dict[str, tuple[str, ...]] = {
-    "state": (*STATE_NAMES, "speed_reference", "speed_target", "bit_speed_mean", "bit_speed_deviation"),
-}
+_BY_NAME = {channel.name: channel for channel in CHANNELS}
+_INDEX = {channel.name: index for index, channel in enumerate(CHANNELS)}
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """A set of channels by name: the layout of an observation."""
+    """A set of channels by name, the layout of an observation, and how good it is by default.
+
+    `noise` multiplies the channels' standard noise, `delay` is in control steps.
+    """
 
     name: str
     channels: tuple[Channel, ...]
+    noise: float = 0.0
+    delay: int = 0
 
     @classmethod
-    def named(cls, name: str) -> Sensors:
-        """The sensors of that name: "state" shows everything. `ValueError` for an unknown one."""
-        if name not in _SENSORS:
-            raise ValueError(f"sensors = {name!r} is not known; {closest(name, _SENSORS)}")
-        return cls(name, tuple(CHANNELS[_NAMES.index(channel)] for channel in _SENSORS[name]))
+    def named(cls, sensors: str | Sequence[str] | Sensors) -> Sensors:
+        """Sensors by name: "state", "encoders" or "surface"; or of one's own, from names of channels.
+
+        `ValueError` for an unknown name, an empty set or a channel that is named twice.
+        """
+        if isinstance(sensors, Sensors):
+            return sensors
+        if isinstance(sensors, str):
+            if sensors not in SENSORS:
+                raise ValueError(
+                    f"sensors = {sensors!r} is not known; {closest(sensors, SENSORS)}, or names of channels"
+                )
+            return SENSORS[sensors]
+        names = tuple(sensors)
+        for name in names:
+            if name not in _BY_NAME:
+                raise ValueError(f"sensors: unknown channel {name!r}; {closest(name, _BY_NAME)}")
+        if not names or len(set(names)) < len(names):
+            raise refuse("sensors", "channels", names, "", "one or more different names")
+        return cls(", ".join(names), tuple(_BY_NAME[name] for name in names))
 
     @property
     def names(self) -> tuple[str, ...]:
         """The channels' names, in the observation's order."""
         return tuple(channel.name for channel in self.channels)
 
-    @property
-    def layout(self) -> np.ndarray:
-        """Columns index into CHANNELS, offset, scale and 1 where the target is the offset; shape (channels, 4)."""
-        rows = [
-            (_NAMES.index(c.name), 0.0, c.scale, 1.0)
-            if c.offset == "target"
-            else (_NAMES.index(c.name), c.offset, c.scale, 0.0)
-            for c in self.channels
-        ]
-        return np.array(rows, dtype=float)
+    def layout(self, noise: float | Mapping[str, float] | None = None) -> np.ndarray:
+        """The records of LAYOUT for the batch core.
+
+        `noise` multiplies every channel's standard noise, or gives standard deviations by name (none
+        for the others); None is the sensors' own. `ValueError` for an unknown channel or a negative number.
+        """
+        layout = np.zeros(len(self.channels), dtype=LAYOUT)
+        for row, channel in zip(layout, self.channels, strict=True):
+            target = channel.offset == "target"
+            offset = 0.0 if channel.offset == "target" else channel.offset
+            row["source"], row["offset"], row["from_target"] = _INDEX[channel.name], offset, float(target)
+            row["scale"], row["late"] = channel.scale, channel.measured
+        layout["noise"] = self._deviations(self.noise if noise is None else noise)
+        return layout
+
+    def _deviations(self, noise: float | Mapping[str, float]) -> list[float]:
+        if not isinstance(noise, Mapping):
+            if not NOT_NEGATIVE.holds(noise):
+                raise refuse("DrillRig", "noise", noise, "", f"{NOT_NEGATIVE}, or standard deviations by channel")
+            return [noise * channel.noise for channel in self.channels]
+        for name, deviation in noise.items():
+            measured = [channel.name for channel in self.channels if channel.measured]
+            if name not in measured:
+                raise ValueError(f"noise: {name!r} is not a measured channel here; {closest(name, measured)}")
+            if not NOT_NEGATIVE.holds(deviation):
+                raise refuse("noise", name, deviation, _BY_NAME[name].unit, NOT_NEGATIVE)
+        return [float(noise.get(channel.name, 0.0)) for channel in self.channels]
 
     def value(self, observation: np.ndarray, name: str) -> np.ndarray:
         """A channel's physical value from observations of shape (..., channels); shape (...)."""
@@ -93,3 +168,51 @@ class Sensors:
     def values(self, observation: np.ndarray) -> dict[str, np.ndarray]:
         """All channels' physical values by name."""
         return {name: self.value(observation, name) for name in self.names}
+
+
+def _sensors(name: str, channels: Sequence[str], noise: float = 0.0, delay: int = 0) -> Sensors:
+    return Sensors(name, tuple(_BY_NAME[channel] for channel in channels), noise, delay)
+
+
+_OWN = ("speed_reference", "speed_target")
+SENSORS = {
+    "state": _sensors("state", (*STATE_NAMES, *_OWN, "bit_speed_mean", "bit_speed_deviation")),
+    "encoders": _sensors("encoders", ("bit_speed", "collar_speed", "top_speed", *_OWN)),
+    "surface": _sensors(
+        "surface",
+        (
+            "top_speed",
+            "current",
+            "voltage",
+            "string_torque",
+            "string_torque_mean",
+            "string_torque_deviation",
+            *_OWN,
+        ),
+        noise=1.0,
+        delay=1,
+    ),
+}
+"""What a policy may be given: everything, what the laboratory rig's encoders show, or what a drilling rig shows."""
+
+
+def observation_table(sensors: str | Sequence[str] = "state") -> str:
+    """A Markdown table of the channels of some sensors: number, name and meaning, unit, offset, scale, noise.
+
+    The noise is the standard deviation that the sensors have by default, in the channel's unit.
+
+    >>> print(observation_table("encoders"))
+    | Num | Channel | Unit | Offset | Scale | Noise |
+    |---|---|---|---|---|---|
+    | 0 | `bit_speed`, speed of disc 1, the bit | rad/s | target | 2.0 | 0 |
+    | 1 | `collar_speed`, speed of disc 2, the collars | rad/s | target | 2.0 | 0 |
+    | 2 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 | 0 |
+    | 3 | `speed_reference`, speed reference omega_ref | rad/s | target | 2.0 | 0 |
+    | 4 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
+    """
+    chosen = Sensors.named(sensors)
+    lines = ["| Num | Channel | Unit | Offset | Scale | Noise |", "|---|---|---|---|---|---|"]
+    for number, channel in enumerate(chosen.channels):
+        cells = (number, f"`{channel.name}`, {channel.meaning}", channel.unit, channel.offset, channel.scale)
+        lines.append(f"| {' | '.join(str(cell) for cell in cells)} | {chosen.noise * channel.noise:g} |")
+    return "\n".join(lines)

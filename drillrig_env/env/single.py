@@ -1,8 +1,8 @@
-"""`DrillRig-v0` as a plain Gymnasium environment: the batch core with one rig."""
+"""`DrillRig-v0` and `DrillRigSurface-v0` as a plain Gymnasium environment: the batch core with one rig."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium as gym
@@ -46,23 +46,44 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     The speed reference stays within 0 and 10 rad/s and is held constant over a step.
 
     ## Observation Space
-    `Box(-10, 10, (11,), float32)` for `sensors="state"`. Each channel is (value - offset) / scale,
-    clipped to +-10; the offset "target" is the speed target. `env.unwrapped.sensors.value(observation,
-    name)` gives the physical value back.
+    `Box(-10, 10, (n,), float32)` with n channels. Each is (value - offset) / scale, clipped to +-10; the
+    offset "target" is the speed target. `env.unwrapped.sensors.value(observation, name)` gives the
+    physical value back, and `drillrig_env.observation_table(sensors)` prints these tables.
 
-    | Num | Channel | Unit | Offset | Scale |
-    |---|---|---|---|---|
-    | 0 | `twist_12`, shaft twist between disc 1 (bit) and disc 2 (collars) | rad | -0.3 | 0.3 |
-    | 1 | `twist_23`, shaft twist between disc 2 and the motor's output | rad | -1.0 | 1.0 |
-    | 2 | `bit_speed`, speed of disc 1 | rad/s | target | 2.0 |
-    | 3 | `collar_speed`, speed of disc 2 | rad/s | target | 2.0 |
-    | 4 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 |
-    | 5 | `current`, of the armature | A | 1.3 | 0.5 |
-    | 6 | `speed_error_integral`, of speed reference less top speed | rad | 2.1 | 1.0 |
-    | 7 | `speed_reference` | rad/s | target | 2.0 |
-    | 8 | `speed_target`, what the operator wants | rad/s | 3.0 | 2.0 |
-    | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | target | 1.0 |
-    | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1.0 | 1.0 |
+    `DrillRig-v0` has `sensors="state"`, everything there is, without noise or delay:
+
+    | Num | Channel | Unit | Offset | Scale | Noise |
+    |---|---|---|---|---|---|
+    | 0 | `twist_12`, shaft twist between disc 1 (bit) and disc 2 (collars) | rad | -0.3 | 0.3 | 0 |
+    | 1 | `twist_23`, shaft twist between disc 2 and the motor's output | rad | -1.0 | 1.0 | 0 |
+    | 2 | `bit_speed`, speed of disc 1, the bit | rad/s | target | 2.0 | 0 |
+    | 3 | `collar_speed`, speed of disc 2, the collars | rad/s | target | 2.0 | 0 |
+    | 4 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 | 0 |
+    | 5 | `current`, armature current | A | 1.3 | 0.5 | 0 |
+    | 6 | `speed_error_integral`, integral of speed reference less top speed | rad | 2.1 | 1.0 | 0 |
+    | 7 | `speed_reference`, speed reference omega_ref | rad/s | target | 2.0 | 0 |
+    | 8 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
+    | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | target | 1.0 | 0 |
+    | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1.0 | 1.0 | 0 |
+
+    `DrillRigSurface-v0` has `sensors="surface"`, what a drilling rig measures, with the noise of the table
+    (standard deviation, in the channel's unit), one control step late:
+
+    | Num | Channel | Unit | Offset | Scale | Noise |
+    |---|---|---|---|---|---|
+    | 0 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 | 0.02 |
+    | 1 | `current`, armature current | A | 1.3 | 0.5 | 0.02 |
+    | 2 | `voltage`, armature voltage, from the speed loop | V | 2.0 | 1.0 | 0.05 |
+    | 3 | `string_torque`, torque into the string, as the drive estimates it | N m | 0.3 | 0.3 | 0.02 |
+    | 4 | `string_torque_mean`, running mean of the torque into the string | N m | 0.3 | 0.2 | 0.002 |
+    | 5 | `string_torque_deviation`, running deviation of that torque | N m | 0.2 | 0.2 | 0.002 |
+    | 6 | `speed_reference`, speed reference omega_ref | rad/s | target | 2.0 | 0 |
+    | 7 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
+
+    `sensors="encoders"` are the three speeds of the laboratory rig, reference and target; a tuple of channel
+    names is a set of one's own. `noise` multiplies the standard noise of the channels, or gives standard
+    deviations by name. `delay` is in control steps; a range (low, high) is drawn episode by episode.
+    The reference and the target are the controller's own: never noisy, never late.
 
     ## Rewards
     With m and V the exponentially weighted mean and variance of the bit speed (time constant 2.5 s,
@@ -99,9 +120,12 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     |---|---|---|
     | `rig` | `Rig()` | the rig; default the chapter's |
     | `scenario` | `"default"` | `"nominal"` (the chapter's friction at 10 N), `"default"`, `"wide"`, or a `Scenario` |
-    | `sensors` | `"state"` | the channels that the policy sees |
+    | `sensors` | by id | `"state"`, `"encoders"`, `"surface"`, or names of channels |
+    | `noise` | by sensors | 0 for none, 1 for the standard noise, or deviations by channel |
+    | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
     | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
     | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
+    | `drive_gains` | the rig's | (k_p, k_i) of the drive in the episode; starts are the rig's own, without a jump |
     | `duration` | `60.0` | length of an episode, s |
     | `render_mode` | `None` | `"rgb_array"` or `"human"`, a window; both need the extra `render` |
 
@@ -120,16 +144,32 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self,
         rig: Rig | None = None,
         scenario: str | Scenario = "default",
-        sensors: str = "state",
+        sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,
         duration: float = 60.0,
         render_mode: str | None = None,
+        *,
+        noise: float | Mapping[str, float] | None = None,
+        delay: int | tuple[int, int] | None = None,
+        drive_gains: tuple[float, float] | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             allowed = ", ".join(self.metadata["render_modes"])
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None, {allowed}")
-        self.core = RigBatch(1, rig, scenario, sensors, reward, slew_limit, duration, threads=1)
+        self.core = RigBatch(
+            1,
+            rig,
+            scenario,
+            sensors,
+            reward,
+            slew_limit,
+            duration,
+            threads=1,
+            noise=noise,
+            delay=delay,
+            drive_gains=drive_gains,
+        )
         self.sensors = self.core.sensors
         self.render_mode = render_mode
         self.action_space = spaces.Box(-1.0, 1.0, _ACTION_SHAPE, np.float32)

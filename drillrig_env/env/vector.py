@@ -38,17 +38,33 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         num_envs: int = 1,
         rig: Rig | None = None,
         scenario: str | Scenario = "default",
-        sensors: str = "state",
+        sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,
         duration: float = 60.0,
         threads: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
+        *,
+        noise: float | Mapping[str, float] | None = None,
+        delay: int | tuple[int, int] | None = None,
+        drive_gains: tuple[float, float] | None = None,
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")
-        self.core = RigBatch(num_envs, rig, scenario, sensors, reward, slew_limit, duration, threads)
+        self.core = RigBatch(
+            num_envs,
+            rig,
+            scenario,
+            sensors,
+            reward,
+            slew_limit,
+            duration,
+            threads,
+            noise=noise,
+            delay=delay,
+            drive_gains=drive_gains,
+        )
         self.sensors = self.core.sensors
         self.num_envs = num_envs
         self.render_mode = render_mode

@@ -12,13 +12,13 @@ from gymnasium.utils.env_checker import check_env
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import drillrig_env
-from drillrig_env.env.sensors import CHANNELS
+from drillrig_env.env.sensors import SENSORS
 
 RIGS, STEPS = 5, 640  # beyond the end of an episode
 ACTIONS = np.random.default_rng(11).uniform(-1, 1, (STEPS, RIGS, 1)).astype(np.float32)
 
 
-@pytest.mark.parametrize("name", drillrig_env._ENVIRONMENTS)
+@pytest.mark.parametrize("name", drillrig_env.ENVIRONMENTS)
 def test_both_checkers_pass_without_a_warning(name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -33,11 +33,26 @@ def test_module_prefix_registers_the_environment():
     assert out.strip() == "DrillRig-v0"
 
 
-def singles(seed, same_step=False):
+VARIANTS = {
+    "state": ("DrillRig-v0", {}),
+    "surface": ("DrillRigSurface-v0", {}),
+    "late": ("DrillRig-v0", {"noise": 1.0, "delay": (1, 5), "slew_limit": 1.0}),
+    "soft drive": ("DrillRigSurface-v0", {"drive_gains": (-0.5, 0.06)}),
+}
+
+
+@pytest.fixture(scope="module", params=VARIANTS)
+def variant(request):
+    return VARIANTS[request.param]
+
+
+def singles(seed, variant, same_step=False):
     """The run of RIGS single environments under ACTIONS, as a vector environment would show it."""
-    observations, rewards = np.empty((STEPS, RIGS, len(CHANNELS)), np.float32), np.zeros((STEPS, RIGS))
+    name, kwargs = variant
+    channels = gym.make(name).observation_space.shape[0]
+    observations, rewards = np.empty((STEPS, RIGS, channels), np.float32), np.zeros((STEPS, RIGS))
     for i in range(RIGS):
-        env = gym.make("DrillRig-v0")
+        env = gym.make(name, **kwargs)
         env.reset(seed=seed + i)
         over = False
         for k in range(STEPS):
@@ -52,10 +67,10 @@ def singles(seed, same_step=False):
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_vector_form_is_the_single_form_bit_for_bit(threads):
-    env = gym.make_vec("DrillRig-v0", num_envs=RIGS, threads=threads)
+def test_vector_form_is_the_single_form_bit_for_bit(threads, variant):
+    env = gym.make_vec(variant[0], num_envs=RIGS, threads=threads, **variant[1])
     env.reset(seed=42)
-    expected, expected_rewards = singles(42)
+    expected, expected_rewards = singles(42, variant)
     for k in range(STEPS):
         observations, rewards, _, _, _ = env.step(ACTIONS[k])
         np.testing.assert_array_equal(observations, expected[k])
@@ -63,13 +78,14 @@ def test_vector_form_is_the_single_form_bit_for_bit(threads):
 
 
 @pytest.mark.parametrize("form", ["sb3", "same_step"])
-def test_forms_that_reset_in_the_same_step_are_the_single_form_bit_for_bit(form):
-    expected, expected_rewards = singles(42, same_step=True)
+def test_forms_that_reset_in_the_same_step_are_the_single_form_bit_for_bit(form, variant):
+    name, kwargs = variant
+    expected, expected_rewards = singles(42, variant, same_step=True)
     if form == "sb3":
-        env = drillrig_env.make_sb3(RIGS, seed=42)
+        env = drillrig_env.make_sb3(RIGS, seed=42, env_id=name, **kwargs)
         env.reset()
     else:
-        env = gym.make_vec("DrillRig-v0", num_envs=RIGS, autoreset_mode=gym.vector.AutoresetMode.SAME_STEP)
+        env = gym.make_vec(name, num_envs=RIGS, autoreset_mode=gym.vector.AutoresetMode.SAME_STEP, **kwargs)
         env.reset(seed=42)
     for k in range(STEPS):
         observations, rewards, *_ = env.step(ACTIONS[k])
@@ -207,7 +223,7 @@ def test_sb3_reports_the_end_of_an_episode():
     assert dones.all()
     for i, info in enumerate(infos):
         assert info["TimeLimit.truncated"]
-        assert info["terminal_observation"].shape == (len(CHANNELS),)
+        assert info["terminal_observation"].shape == (len(SENSORS["state"].channels),)
         assert info["episode"]["l"] == 5
         assert info["episode"]["r"] == pytest.approx(total[i], rel=1e-5)
 
