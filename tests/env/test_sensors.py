@@ -1,9 +1,11 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, observation_table, simulate
 from drillrig_env.env.core import RigBatch
-from drillrig_env.env.sensors import LIMIT, Sensors
+from drillrig_env.env.sensors import LIMIT, SENSORS, Sensors
 from drillrig_env.env.single import DrillRigEnv
 from drillrig_env.model import STATE_NAMES
 
@@ -154,3 +156,9 @@ def test_docstring_of_the_environment_holds_the_tables_of_both_ids():
     text = "\n".join(line.strip() for line in DrillRigEnv.__doc__.splitlines())
     for sensors in ("state", "surface"):
         assert observation_table(sensors) in text
+
+
+def test_page_of_the_environments_holds_the_tables():
+    page = (Path(__file__).parents[2] / "docs" / "environment.md").read_text(encoding="utf-8")
+    for sensors in SENSORS:
+        assert observation_table(sensors) in page
