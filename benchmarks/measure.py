@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from drillrig_env.evaluation.report import provenance
+from drillrig_env.evaluation.provenance import provenance
 
 
 def median_seconds(work: Callable[[], object], repeats: int) -> float:

@@ -173,6 +173,7 @@ class RigBatch:
             "mu_k": rigs["mu_k"].copy(),
             "v_b": rigs["v_b"].copy(),
             "torque_into_string": rigs["string_torque"].copy(),
+            "delay": rigs["delay"].copy(),
             "reward_terms": {name: rigs["terms"][:, i].copy() for i, name in enumerate(TERMS)},
         }
 

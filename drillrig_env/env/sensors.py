@@ -176,7 +176,7 @@ def _sensors(name: str, channels: Sequence[str], noise: float = 0.0, delay: int 
 
 _OWN = ("speed_reference", "speed_target")
 SENSORS = {
-    "state": _sensors("state", (*STATE_NAMES, *_OWN, "bit_speed_mean", "bit_speed_deviation")),
+    "state": _sensors("state", (*STATE_NAMES, *_OWN, "bit_speed_mean", "bit_speed_deviation", "string_torque_mean")),
     "encoders": _sensors("encoders", ("bit_speed", "collar_speed", "top_speed", *_OWN)),
     "surface": _sensors(
         "surface",

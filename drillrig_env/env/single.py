@@ -65,6 +65,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | 8 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
     | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | target | 1.0 | 0 |
     | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1.0 | 1.0 | 0 |
+    | 11 | `string_torque_mean`, running mean of the torque into the string | N m | 0.3 | 0.2 | 0 |
 
     `DrillRigSurface-v0` has `sensors="surface"`, what a drilling rig measures, with the noise of the table
     (standard deviation, in the channel's unit), one control step late:
@@ -109,11 +110,11 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     Never terminated; truncated after 60 s. Another `step` needs a `reset` first.
 
     ## Info
-    Every step: `bit_speed`, `top_speed`, `speed_reference`, `speed_target` (rad/s), `normal_force`
-    (N), `torque_into_string` (N m), `mu_s`, `mu_k`, `v_b`, and `reward_terms`, a dictionary of the terms
-    `variance`, `tracking`, `action`. The last step adds `is_success`: whether the last 10 s were calm
-    (max - min of the bit speed below 0.2 of its mean) with a mean within 5 % of the target. A reset
-    also reports `start`, how the episode really began.
+    Every step: `bit_speed`, `top_speed`, `speed_reference`, `speed_target` (rad/s), `normal_force` (N),
+    `torque_into_string` (N m), `mu_s`, `mu_k`, `v_b`, `delay` (control steps), and `reward_terms`, a
+    dictionary of the terms `variance`, `tracking`, `action`. The last step adds `is_success`: whether the
+    last 10 s were calm (max - min of the bit speed below 0.2 of its mean) with a mean within 5 % of the
+    target. A reset also reports `start`, how the episode really began.
 
     ## Arguments
     | Name | Default | Meaning |
@@ -244,7 +245,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         return RigPicture(self.core.rig, record, self.render_mode == "human", self.metadata["render_fps"])
 
     def _info(self) -> dict[str, Any]:
-        reference, target, normal_force, mu_s, mu_k, v_b, torque = [value.item() for value in self._reported]
+        reference, target, normal_force, mu_s, mu_k, v_b, torque, delay = [value.item() for value in self._reported]
         variance, tracking, effort = self._terms.tolist()
         return {
             "bit_speed": self._state.item(2),
@@ -256,11 +257,12 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
             "mu_k": mu_k,
             "v_b": v_b,
             "torque_into_string": torque,
+            "delay": delay,
             "reward_terms": {"variance": variance, "tracking": tracking, "action": effort},
         }
 
 
-_REPORTED = ("speed_reference", "speed_target", "normal_force", "mu_s", "mu_k", "v_b", "string_torque")
+_REPORTED = ("speed_reference", "speed_target", "normal_force", "mu_s", "mu_k", "v_b", "string_torque", "delay")
 
 
 def _view(record: np.void, name: str) -> np.ndarray:

@@ -1,145 +1,110 @@
-"""The comparison as a table in the terminal, as `results.csv` and as `results.json` with its provenance."""
+"""The tables of a comparison as text: in the terminal, 80 columns wide, and in Markdown."""
 
 from __future__ import annotations
 
-import csv
-import json
-import platform
 from collections.abc import Mapping
-from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
-from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from drillrig_env.evaluation.statistics import Estimate, mean, median, rate
-
-Scores = Mapping[str, npt.NDArray[Any]]
-
-_COLUMNS = (
-    ("mitigated", "mitigated", rate, 3),
-    ("below ω_c", "mitigated", rate, 3),
-    ("above ω_c", "mitigated", rate, 3),
-    ("calm", "calm", rate, 3),
-    ("to calm", "time_to_calm", median, 1),
-    ("cost", "cost", mean, 3),
-    ("stuck", "stuck", mean, 3),
-    ("peak speed", "peak_speed", median, 2),
-    ("peak torque", "peak_torque", median, 2),
-    ("travel, rad/s", "travel", median, 1),
+from drillrig_env.evaluation.statistics import Estimate
+from drillrig_env.evaluation.tables import (
+    DIFFERENCES,
+    HARDNESS,
+    MAIN,
+    OTHERS,
+    Row,
+    Scores,
+    Table,
+    differences,
+    estimates,
 )
-"""Heading, score, statistic and digits of every column; two columns look at one region only."""
 
-_IN_TERMINAL = 6
-"""Columns that the terminal's table shows, so that it fits 80 characters; files have all."""
-
-_REGIONS = {"below ω_c": "below", "above ω_c": "above"}
+_WIDTH = 80
+TOLD = "* told what the sensors do not show"
 
 
-def estimates(scores: Scores) -> dict[str, Estimate]:
-    """The estimate of every column of the table for one policy, by heading."""
-    found = {}
-    for heading, name, statistic, _ in _COLUMNS:
-        region = _REGIONS.get(heading)
-        chosen = scores["region"] == region if region else np.ones(len(scores[name]), dtype=bool)
-        found[heading] = statistic(scores[name][chosen])
-    return found
+def rows(results: Mapping[str, Scores], table: Table = MAIN) -> dict[str, Row]:
+    """The estimates of a suite's policies."""
+    return {policy: estimates(scores, table.columns) for policy, scores in results.items()}
 
 
-def markdown_table(results: Mapping[str, Scores], told: Mapping[str, bool]) -> str:
-    """The table in Markdown, a row a policy; intervals at 95 % behind the values."""
-    headings = [heading for heading, *_ in _COLUMNS]
-    lines = ["| policy | " + " | ".join(headings) + " |", "|---" * (len(headings) + 1) + "|"]
-    for policy, scores in results.items():
-        cells = (f"{value} ({interval})" if interval else value for value, interval in _cells(scores))
-        lines.append(f"| {_label(policy, told)} | " + " | ".join(cells) + " |")
+def difference_rows(results: Mapping[str, Scores], reference: str) -> dict[str, Row]:
+    """Paired differences from the reference of all other policies of a suite; none where it was not run."""
+    if reference not in results:
+        return {}
+    return {
+        policy: differences(scores, results[reference]) for policy, scores in results.items() if policy != reference
+    }
+
+
+def markdown_table(table: Table, found: Mapping[str, Row], told: Mapping[str, bool]) -> str:
+    """A table in Markdown, a row a policy; intervals at 95 % behind the values."""
+    lines = ["| policy | " + " | ".join(table.headings) + " |", "|---|" + "---:|" * len(table.headings)]
+    for policy, row in found.items():
+        cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
+        texts = [f"{value} ({interval.replace(' ', ' to ')})" if interval else value for value, interval in cells]
+        lines.append(f"| {label(policy, told)} | " + " | ".join(texts) + " |")
     return "\n".join(lines)
 
 
-def print_table(title: str, results: Mapping[str, Scores], told: Mapping[str, bool]) -> None:
-    """Print the first columns of the table in the terminal; needs `rich`, of the extra `agents`."""
+def print_table(title: str, table: Table, found: Mapping[str, Row], told: Mapping[str, bool]) -> None:
+    """Print a table in the terminal, intervals below the values; needs `rich`, of the extra `agents`."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Table as Grid
 
-    caption = "below: 95 % interval; to calm: median, s; cost: mean"
-    if any(told.get(policy) for policy in results):
-        caption += "; * told the friction"
-    table = Table(title=title, caption=caption, box=None, padding=(0, 1, 0, 0), pad_edge=False, caption_justify="left")
-    table.add_column("policy", no_wrap=True)
-    for heading, *_ in _COLUMNS[:_IN_TERMINAL]:
-        table.add_column(heading, justify="right", no_wrap=True)
-    for policy, scores in results.items():
-        cells = _cells(scores)[:_IN_TERMINAL]
-        table.add_row(_label(policy, told), *("\n".join(cell) for cell in cells))
-    console = Console()
-    console.width = max(console.width, 80)
-    console.print(table)
-
-
-def write_csv(path: Path, results: Mapping[str, Mapping[str, Scores]]) -> None:
-    """One row an episode: suite, policy, rig and scores. `results` is by suite, then by policy."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = None
-        for suite, policies in results.items():
-            for policy, scores in policies.items():
-                if writer is None:
-                    writer = csv.writer(file, lineterminator="\n")
-                    writer.writerow(["suite", "policy", "episode", *scores])
-                for episode, row in enumerate(zip(*(column.tolist() for column in scores.values()), strict=True)):
-                    writer.writerow([suite, policy, episode, *(_plain(value) for value in row)])
+    stars = f"; {TOLD}" if any(told.get(policy) for policy in found) else ""
+    grid = Grid(
+        title=title,
+        caption=f"below each value its 95 % interval; {table.caption}{stars}",
+        box=None,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        title_justify="left",
+        caption_justify="left",
+        title_style="bold",
+    )
+    grid.add_column("policy", no_wrap=True)
+    for column in table.columns:
+        grid.add_column(column.heading, justify="right", no_wrap=True)
+    for policy, row in found.items():
+        cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
+        grid.add_row(label(policy, told), *("\n".join(parts) for parts in cells))
+    console = Console(highlight=False)
+    console.width = max(console.width, _WIDTH)
+    console.print(grid)
+    console.print()
 
 
-def write_json(path: Path, config: Mapping[str, Any], results: Mapping[str, Mapping[str, Scores]]) -> None:
-    """What made the results, and every estimate of the table with its interval."""
-    table = {
-        suite: {
-            policy: {heading: vars(estimate) for heading, estimate in estimates(scores).items()}
-            for policy, scores in policies.items()
-        }
-        for suite, policies in results.items()
-    }
-    content = {"config": dict(config), "provenance": provenance(), "estimates": table}
-    path.write_text(json.dumps(content, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+def print_suite(
+    title: str,
+    results: Mapping[str, Scores],
+    told: Mapping[str, bool],
+    reference: str,
+    details: bool = False,
+    compared: bool = False,
+) -> None:
+    """Print the headline of a suite; with `details` also all other tables, with `compared` the differences alone."""
+    print_table(title, MAIN, rows(results), told)
+    if details:
+        print_table("mitigated by hardness", HARDNESS, rows(results, HARDNESS), told)
+        print_table("other scores", OTHERS, rows(results, OTHERS), told)
+    if details or compared:
+        found = difference_rows(results, reference)
+        if found:
+            print_table(f"less {reference} on the same rigs", DIFFERENCES, found, told)
 
 
-def provenance() -> dict[str, Any]:
-    """Versions, machine and date: what an artefact needs to be made again."""
-    packages = ("drillrig", "gymnasium", "numpy", "scipy", "numba", "stable-baselines3", "torch")
-    return {
-        "date": datetime.now(UTC).date().isoformat(),
-        "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}",
-        "versions": {package: _version(package) for package in packages},
-    }
+def cell(estimate: Estimate, digits: int, signed: bool = False) -> tuple[str, str]:
+    """Value and interval as text; the interval with a digit less."""
+    if estimate.count == 0:
+        return "none", ""
+    fewer = max(digits - 1, 1)
+    sign = "+" if signed else ""
+    value = f"{estimate.value:{sign}.{digits}f}"
+    if estimate.low == estimate.high:
+        return value, ""
+    low, high = (f"{end:{sign}.{fewer}f}" for end in (estimate.low, estimate.high))
+    return value, f"{low} {high}" if signed else f"{low}-{high}"
 
 
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
-def _cells(scores: Scores) -> list[tuple[str, str]]:
-    """Value and interval of every column as text; the interval with a digit less."""
-    cells = []
-    for estimate, (*_, digits) in zip(estimates(scores).values(), _COLUMNS, strict=True):
-        if estimate.count == 0:
-            cells.append(("none", ""))
-            continue
-        fewer = max(digits - 1, 1)
-        interval = f"{estimate.low:.{fewer}f}-{estimate.high:.{fewer}f}" if estimate.low != estimate.high else ""
-        cells.append((f"{estimate.value:.{digits}f}", interval))
-    return cells
-
-
-def _label(policy: str, told: Mapping[str, bool]) -> str:
+def label(policy: str, told: Mapping[str, bool]) -> str:
+    """A policy's name, with a star where it is told what the sensors do not show."""
     return f"{policy} *" if told.get(policy) else policy
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return int(value) if isinstance(value, bool) else value

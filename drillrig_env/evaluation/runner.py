@@ -12,17 +12,21 @@ from gymnasium.utils import seeding
 
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.vector import check_actions
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS, Suite
+from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.rig import Rig
 
-_TRACES = ("lowest", "highest", "average", "stuck", "highest_torque", "speed_reference", "reward")
+_TRACES = ("lowest", "highest", "average", "stuck", "string_torque", "highest_torque", "speed_reference", "reward")
 """Fields of a rig's record that are kept for every control step."""
 
 
 class Policy(Protocol):
-    """Anything with Stable-Baselines3's `predict`: a baseline, a trained model, your own."""
+    """Anything with Stable-Baselines3's `predict`: a baseline, a trained model, your own.
+
+    A policy may also have `told`, names of entries of `info` that its `tell(info)` must get before
+    each `predict`, and `drive_gains`, a pair (k_p, k_i) for the drive's speed loop in place of the rig's.
+    """
 
     def predict(
         self,
@@ -38,9 +42,9 @@ class Policy(Protocol):
 class Episodes:
     """What a policy did with a suite: a row a rig, a column a control step.
 
-    Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, highest string
-    torque (N m), speed reference and top speed (rad/s, at its end) and reward. `friction` is that of
-    the episode's end.
+    Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, string torque
+    (N m, at its end and the highest within), speed reference and top speed (rad/s, at its end) and
+    reward. `friction` is that of the episode's end.
     """
 
     rig: Rig
@@ -51,6 +55,7 @@ class Episodes:
     highest: FloatArray
     average: FloatArray
     stuck: FloatArray
+    string_torque: FloatArray
     highest_torque: FloatArray
     speed_reference: FloatArray
     top_speed: FloatArray
@@ -62,29 +67,31 @@ def run(
     suite: Suite,
     *,
     rig: Rig | None = None,
-    sensors: str = "state",
+    sensors: str | tuple[str, ...] = "state",
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     **env: Any,
 ) -> Episodes:
     """Let a policy face every rig of a suite, all at once, for one episode each.
 
-    A policy with `tell` gets `info` before each step. `progress` is called with the steps done and
-    the steps in all; `env` holds further arguments of the environment (`reward`, `slew_limit`).
+    A policy that names in `told` what it must be told gets `info` before each step. `progress` is
+    called with the steps done and the steps in all. The environment is made with `env` (`reward`,
+    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive_gains`.
     """
-    core = RigBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **env)
-    generators = [seeding.np_random(EVALUATION_SEEDS + i)[0] for i in range(suite.rigs)]
+    arguments = {**env, **suite.env, "drive_gains": getattr(policy, "drive_gains", None)}
+    core = RigBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
+    generators = [seeding.np_random(suite.first_seed + i)[0] for i in range(suite.rigs)]
     first = 0
     for count, options in suite.groups:
         core.reset(np.arange(first, first + count), generators, options)
         first += count
     start = np.array(core.starts(np.arange(suite.rigs)))
     traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}
-    tell = getattr(policy, "tell", None)
+    told = bool(getattr(policy, "told", ()))
     state, begins = None, np.ones(suite.rigs, dtype=np.bool_)
     for step in range(core.steps):
-        if tell:
-            tell(core.info())
+        if told:
+            policy.tell(core.info())  # type: ignore[attr-defined]
         actions, state = policy.predict(core.observations, state, begins, deterministic=True)
         begins = np.zeros(suite.rigs, dtype=np.bool_)
         core.step(check_actions(actions, suite.rigs))

@@ -7,9 +7,10 @@ import numpy.typing as npt
 
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import Episodes
-from drillrig_env.friction import FloatArray
+from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.model import steady_state, string_torque
-from drillrig_env.stability import critical_slope, critical_speed
+from drillrig_env.rig import Rig
+from drillrig_env.stability import critical_slope, critical_speed, fold_speed
 from drillrig_env.stick_slip import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
 
 TRAILING = 5.0
@@ -28,15 +29,23 @@ SCORES = {
 }
 """Unit and meaning of every score."""
 
+REGIONS = ("below", "bistable", "above")
+"""Where a target lies: below the critical speed, between it and the fold, above the fold."""
+
+HARDNESS_EDGES = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 20.0)
+"""Edges of the bins of the hardness q in which results are reported; q < 1 is above the critical speed."""
+
 
 def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
     """Every score of SCORES, an entry an episode, after what describes the episode's rig.
 
-    `region` splits at the critical speed omega_c of the friction at the episode's end; `hardness` is
-    q, the negative friction slope at the target over the slope that the drive can bear.
+    `region` splits at the critical speed omega_c and at the fold, both of the friction at the episode's
+    end (see `REGIONS` and `folds`); `hardness` is q, the negative friction slope at the target over the
+    slope that the drive can bear.
     """
     target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
     omega_c = np.broadcast_to(critical_speed(rig, friction), target.shape)
+    fold = np.broadcast_to(folds(rig, friction), target.shape)
     steady_torque = string_torque(rig, steady_state(rig, friction, target))
     window = round(WINDOW / CONTROL_PERIOD)
     lowest = episodes.lowest[:, -window:].min(axis=1)
@@ -50,7 +59,8 @@ def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
         "v_b": np.asarray(friction.v_b),
         "start": episodes.start,
         "critical_speed": omega_c,
-        "region": np.where(target < omega_c, "below", "above"),
+        "fold": fold,
+        "region": np.select([target < omega_c, target < fold], ["below", "bistable"], "above"),
         "hardness": -np.asarray(friction.slope(rig, target)) / -critical_slope(rig),
         "ssi": stick_slip_index(lowest, highest, mean),
         "calm": is_calm(lowest, highest, mean),
@@ -62,6 +72,25 @@ def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
         "cost": -episodes.reward.mean(axis=1),
         "travel": np.abs(np.diff(episodes.speed_reference, axis=1)).sum(axis=1),
     }
+
+
+def folds(rig: Rig, friction: Friction) -> FloatArray:
+    """Speed (rad/s) at which stick-slip ends, one entry a rig.
+
+    NaN where friction is so weak that there is no stick-slip: calm rotation is all there is. Infinite
+    where friction is too strong for a fold that could be followed, far beyond what the drive reaches.
+    """
+    try:
+        return np.atleast_1d(fold_speed(rig, friction))
+    except ValueError:
+        return np.array([_fold(rig, Friction(*one)) for one in friction.as_array().tolist()])
+
+
+def _fold(rig: Rig, friction: Friction) -> float:
+    try:
+        return float(fold_speed(rig, friction))
+    except ValueError:
+        return np.inf
 
 
 def time_to_calm(episodes: Episodes) -> FloatArray:

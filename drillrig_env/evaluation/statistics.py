@@ -1,8 +1,8 @@
-"""Intervals: Wilson's for rates, bootstrap for means; both at 95 %."""
+"""Intervals at 95 %: Wilson's for rates, bootstrap for means and differences, over rigs or over training seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,16 +12,20 @@ from scipy import stats
 
 _RESAMPLES = 2000
 _SEED = 20_240_601  # of the resampling, so that a table comes out the same twice
+_TRIMMED = 0.25  # share cut off at either end: what is left is the interquartile mean
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % interval; NaN where there was nothing to estimate from."""
+    """A value with its 95 % interval, from `count` episodes; NaN where there was nothing to estimate from."""
 
     value: float
     low: float
     high: float
     count: int
+
+
+Statistic = Callable[[npt.NDArray[Any]], Estimate]
 
 
 def rate(outcomes: npt.NDArray[np.bool_]) -> Estimate:
@@ -44,10 +48,39 @@ def median(values: npt.NDArray[np.float64]) -> Estimate:
     return _bootstrapped(np.asarray(values, dtype=float), np.median)
 
 
+def difference(values: npt.NDArray[Any], reference: npt.NDArray[Any]) -> Estimate:
+    """Mean of `values` less `reference` on the same rigs, with the bootstrap's interval over rigs.
+
+    Both are scores or outcomes with one entry a rig. What the rigs have in common cancels, so the
+    interval is narrower than that of two separate means. `ValueError` for unequal lengths.
+    """
+    if np.shape(values) != np.shape(reference):
+        raise ValueError(f"paired differences of {np.shape(values)} and {np.shape(reference)} values; allowed: equal")
+    return mean(np.asarray(values, dtype=float) - np.asarray(reference, dtype=float))
+
+
+def over_seeds(values: Sequence[float] | npt.NDArray[np.float64], count: int) -> Estimate:
+    """Interquartile mean over training seeds, one value a seed, with the bootstrap's interval over seeds.
+
+    A quarter of the seeds is cut off at either end (rounded down) and the rest is averaged. `count`
+    is the number of episodes behind all values together. With few seeds the interval is rough.
+    """
+    seeds = np.asarray(values, dtype=float)
+    found = _bootstrapped(seeds, interquartile_mean)
+    return Estimate(found.value, found.low, found.high, count)
+
+
+def interquartile_mean(values: npt.NDArray[np.float64], axis: int = -1) -> Any:
+    """Mean of the middle half of the values along an axis."""
+    return stats.trim_mean(values, _TRIMMED, axis=axis)
+
+
 def _bootstrapped(values: npt.NDArray[np.float64], statistic: Callable[..., Any]) -> Estimate:
     count = len(values)
-    if count < 2 or np.ptp(values) == 0.0:
-        value = float(statistic(values)) if count else np.nan
+    if count == 0:
+        return Estimate(np.nan, np.nan, np.nan, 0)
+    if np.all(values == values[0]) or not np.isfinite(values).all():
+        value = float(values[0] if np.all(values == values[0]) else statistic(values))
         return Estimate(value, value, value, count)
     interval = stats.bootstrap(
         (values,), statistic, n_resamples=_RESAMPLES, method="percentile", rng=np.random.default_rng(_SEED)

@@ -1,9 +1,9 @@
-"""Suites: the rigs that every policy faces, with starts, loads and seeds of their own."""
+"""Suites: the rigs that every policy faces, with starts, loads, disturbances and seeds of their own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,26 +14,66 @@ from drillrig_env.parameters import closest, refuse
 EVALUATION_SEEDS = 1_000_000_000
 """Rig i of a suite has the seed EVALUATION_SEEDS + i; training takes seeds below only."""
 
+SLEW_LIMIT = 2.0
+"""Slew limit of the speed reference (rad/s^2) where a suite sets no other."""
+
 
 @dataclass(frozen=True, eq=False)
 class Suite:
-    """Rigs to face. `groups` lists how many rigs share which reset options, in the rigs' order."""
+    """Rigs to face. `groups` lists how many rigs share which reset options, in the rigs' order.
+
+    `env` holds the arguments of the environment that the suite sets (noise, delay, slew limit); rig i
+    has the seed `first_seed` + i.
+    """
 
     name: str
     description: str
     scenario: Scenario
     groups: tuple[tuple[int, dict[str, Any]], ...]
+    env: Mapping[str, Any] = field(default_factory=dict)
+    first_seed: int = EVALUATION_SEEDS
 
     @property
     def rigs(self) -> int:
         """Number of rigs, each an episode."""
         return sum(count for count, _ in self.groups)
 
+    @property
+    def slew_limit(self) -> float:
+        """Largest rate of the speed reference (rad/s^2): what the action 1 stands for."""
+        return float(self.env.get("slew_limit", SLEW_LIMIT))
+
+    def only(self, rig: int) -> Suite:
+        """The suite that holds a single rig of this one, which faces the very same episode."""
+        first = 0
+        for count, options in self.groups:
+            if 0 <= rig - first < count:
+                pinned = {
+                    name: value[rig - first : rig - first + 1] if isinstance(value, np.ndarray) else value
+                    for name, value in options.items()
+                }
+                return replace(self, groups=((1, pinned),), first_seed=self.first_seed + rig)
+            first += count
+        raise refuse(f"suite {self.name}", "rig", rig, "", f"0 to {self.rigs - 1}")
+
+    def definition(self) -> dict[str, Any]:
+        """All that fixes the rigs, as plain numbers, lists and dictionaries."""
+        groups = [[count, {name: _plain(value) for name, value in options.items()}] for count, options in self.groups]
+        env = {name: _plain(value) for name, value in self.env.items()}
+        scenario = {name: _plain(value) for name, value in asdict(self.scenario).items()}
+        return {
+            "description": self.description,
+            "rigs": self.rigs,
+            "first_seed": self.first_seed,
+            "env": env,
+            "scenario": scenario,
+            "groups": groups,
+        }
+
 
 def default_suite(rigs: int = 1000) -> Suite:
     """Draws of the default scenario from developed stick-slip, with constant N_1: the headline."""
-    options = {"start": "stick_slip", "load_steps": []}
-    return Suite("default", "default draws, starts in stick-slip", Scenario.named("default"), ((rigs, options),))
+    return Suite("default", "default draws, starts in stick-slip", Scenario.named("default"), _sticking(rigs))
 
 
 def chapter_suite(_rigs: int = 0) -> Suite:
@@ -50,7 +90,36 @@ def chapter_suite(_rigs: int = 0) -> Suite:
     return Suite("chapter", "the chapter's own cases", Scenario.named("nominal"), (*sweeps, stepped))
 
 
-SUITES: dict[str, Callable[[int], Suite]] = {"default": default_suite, "chapter": chapter_suite}
+def wide_suite(rigs: int = 1000) -> Suite:
+    """Draws of the wide scenario, most of them outside the training range; otherwise as `default`."""
+    return Suite("wide", "wide draws, starts in stick-slip", Scenario.named("wide"), _sticking(rigs))
+
+
+def load_suite(rigs: int = 1000) -> Suite:
+    """Steady rotation at 5 to 15 N, stepped up to 15 to 30 N at 20 to 50 % of the episode: who keeps out?"""
+    scenario = Scenario(normal_force=(5.0, 15.0), load_force=(15.0, 30.0), load_time=(0.2, 0.5), load_step=1.0)
+    return Suite("load", "steady starts, N_1 stepped up on the way", scenario, ((rigs, {"start": "steady"}),))
+
+
+def degraded_suite(rigs: int = 1000) -> Suite:
+    """The rigs of `default` seen with twice the noise and 0.1 to 0.5 s late, at half the slew limit."""
+    return Suite(
+        "degraded",
+        "default with noise, delay and half the slew",
+        Scenario.named("default"),
+        _sticking(rigs),
+        {"noise": 2.0, "delay": (1, 5), "slew_limit": 0.5 * SLEW_LIMIT},
+    )
+
+
+SUITES: dict[str, Callable[[int], Suite]] = {
+    "chapter": chapter_suite,
+    "default": default_suite,
+    "wide": wide_suite,
+    "load": load_suite,
+    "degraded": degraded_suite,
+}
+"""Every suite by name, in the order of the results."""
 
 
 def suite(name: str, rigs: int = 1000) -> Suite:
@@ -60,3 +129,18 @@ def suite(name: str, rigs: int = 1000) -> Suite:
     if rigs < 1:
         raise refuse(f"suite {name}", "rigs", rigs, "", ">= 1")
     return SUITES[name](rigs)
+
+
+def _sticking(rigs: int) -> tuple[tuple[int, dict[str, Any]], ...]:
+    return ((rigs, {"start": "stick_slip", "load_steps": []}),)
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON knows it."""
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return {name: _plain(inner) for name, inner in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(inner) for inner in value]
+    return value

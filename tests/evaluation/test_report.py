@@ -1,44 +1,66 @@
-import csv
-import json
+"""Tables as text, and what the columns stand for."""
 
 import numpy as np
+import pytest
 
-from baselines import Constant, JumpEase
-from drillrig_env.evaluation.pictures import plot_histories, plot_map
-from drillrig_env.evaluation.report import markdown_table, print_table, write_csv, write_json
-from drillrig_env.evaluation.runner import run
-from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import suite
-
-SUITE = suite("default", 40)
-RUNS = {"constant": run(Constant(), SUITE), "jump_ease": run(JumpEase(), SUITE)}
-RESULTS = {name: score(episodes) for name, episodes in RUNS.items()}
-TOLD = {"jump_ease": True}
+from drillrig_env.evaluation.report import cell, difference_rows, markdown_table, print_suite, rows
+from drillrig_env.evaluation.statistics import Estimate
+from drillrig_env.evaluation.tables import DIFFERENCES, HARDNESS, MAIN, differences
 
 
-def test_table_marks_who_is_told(capsys):
-    table = markdown_table(RESULTS, TOLD)
-    assert "| jump_ease * |" in table
+def test_table_marks_who_is_told(comparison, capsys):
+    results, _ = comparison
+    scores = results.scores["default"]
+    table = markdown_table(MAIN, rows(scores), results.told)
+    assert "| told * |" in table
     assert "| constant |" in table
-    assert f"{RESULTS['constant']['mitigated'].mean():.3f}" in table
-    print_table("title", RESULTS, TOLD)
-    assert "jump_ease *" in capsys.readouterr().out
+    assert f"{scores['constant']['mitigated'].mean():.3f}" in table
+    print_suite("title", scores, results.told, "constant", details=True)
+    assert "told *" in capsys.readouterr().out
 
 
-def test_files_hold_every_episode_and_what_made_them(tmp_path):
-    write_csv(tmp_path / "results.csv", {"default": RESULTS})
-    rows = list(csv.DictReader((tmp_path / "results.csv").open()))
-    assert len(rows) == 80
-    mitigated = [int(row["mitigated"]) for row in rows if row["policy"] == "constant"]
-    assert mitigated == RESULTS["constant"]["mitigated"].astype(int).tolist()
-    write_json(tmp_path / "results.json", {"rigs": 40}, {"default": RESULTS})
-    content = json.loads((tmp_path / "results.json").read_text())
-    assert content["provenance"]["versions"]["numpy"] == np.__version__
-    assert content["estimates"]["default"]["constant"]["mitigated"]["value"] == np.mean(mitigated)
+def test_terminal_stays_within_80_columns_and_cuts_nothing(comparison, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    results, _ = comparison
+    scores = results.scores["default"]
+    named = {"jump_ease_estimated": scores["told"], "feed_forward_start": scores["told"], **scores}
+    print_suite("title", named, {"feed_forward_start": True}, "constant", details=True)
+    out = capsys.readouterr().out
+    assert max(map(len, out.splitlines())) <= 80
+    assert "…" not in out
+    assert "feed_forward_start *" in out
 
 
-def test_pictures_are_written(tmp_path):
-    plot_histories(RUNS, 3, tmp_path / "histories.png")
-    plot_map(RESULTS, RUNS["constant"].rig, tmp_path / "map.png")
-    for name in ("histories.png", "map.png"):
-        assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
+def test_regions_and_bins_divide_the_rigs(comparison):
+    results, _ = comparison
+    row = rows(results.scores["default"])["constant"]
+    assert sum(row[heading].count for heading in ("below ω_c", "bistable", "above")) == row["mitigated"].count == 24
+    assert sum(one.count for one in rows(results.scores["default"], HARDNESS)["constant"].values()) == 24
+
+
+def test_seeds_are_pooled_as_interquartile_mean(comparison):
+    results, _ = comparison
+    scores = results.scores["default"]["seeds"]
+    by_seed = [scores["cost"][scores["seed"] == seed].mean() for seed in ("0", "1", "2")]
+    found = MAIN.columns[4].estimate(scores)
+    assert found.count == 72
+    assert differences(scores, scores)["cost"].value == pytest.approx(0.0, abs=0.5)
+    costs = rows({"seeds": scores}, DIFFERENCES)["seeds"]["cost"]
+    assert costs.value == pytest.approx(np.mean(by_seed))  # a quarter of three seeds is none
+    assert min(by_seed) <= costs.low <= costs.high <= max(by_seed)
+
+
+def test_differences_are_those_of_the_means_on_the_same_rigs(comparison):
+    results, _ = comparison
+    scores = results.scores["load"]
+    row = difference_rows(scores, "constant")["told"]
+    for name, score in (("cost", "cost"), ("mitigated", "mitigated"), ("to calm", "time_to_calm")):
+        assert row[name].value == pytest.approx(scores["told"][score].mean() - scores["constant"][score].mean())
+    assert difference_rows(scores, "nobody") == {}
+
+
+def test_cells():
+    assert cell(Estimate(0.5, 0.4, 0.61, 9), 3) == ("0.500", "0.40-0.61")
+    assert cell(Estimate(-0.5, -0.6, 0.1, 9), 2, signed=True) == ("-0.50", "-0.6 +0.1")
+    assert cell(Estimate(60.0, 60.0, 60.0, 9), 1) == ("60.0", "")
+    assert cell(Estimate(np.nan, np.nan, np.nan, 0), 3) == ("none", "")

@@ -5,8 +5,8 @@ import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import Episodes, run
-from drillrig_env.evaluation.scores import SCORES, score
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS, chapter_suite, suite
+from drillrig_env.evaluation.scores import SCORES, folds, score
+from drillrig_env.evaluation.suites import EVALUATION_SEEDS, suite
 from drillrig_env.stick_slip import stick_slip_index
 
 
@@ -21,6 +21,7 @@ def episode(lowest, highest, average, target=2.0, **changes):
         "highest": np.array([highest], dtype=float),
         "average": np.array([average], dtype=float),
         "stuck": np.zeros((1, steps)),
+        "string_torque": np.ones((1, steps)),
         "highest_torque": np.ones((1, steps)),
         "speed_reference": np.full((1, steps), 2.0),
         "top_speed": np.full((1, steps), 2.0),
@@ -87,8 +88,33 @@ def test_travel_stuck_torque_and_region():
     steady = Friction(20.0).torque(Rig(), 2.0)
     assert result["peak_torque"] == pytest.approx(1.0 / steady)
     assert result["critical_speed"] == pytest.approx(2.688, abs=1e-3)
-    assert (result["region"], scored(*CALM, target=3.0)["region"]) == ("below", "above")
     assert result["hardness"] == pytest.approx(20 * 0.0485 * 0.194 * np.exp(-2.0) / 0.0127986, rel=1e-4)
+
+
+def friction(force, mu_s=0.5, mu_k=0.306):
+    return Friction(np.array([force]), np.array([mu_s]), np.array([mu_k]), np.array([1.0]))
+
+
+@pytest.mark.parametrize(("target", "region"), [(1.99, "below"), (2.0, "bistable"), (2.9, "bistable"), (2.91, "above")])
+def test_regions_meet_at_critical_speed_and_fold(target, region):
+    result = scored(*CALM, target=target, friction=friction(10.0))
+    assert (result["critical_speed"], result["fold"]) == pytest.approx((1.99492, 2.90097), abs=1e-4)
+    assert result["region"] == region
+
+
+def test_without_stick_slip_every_speed_is_above_the_fold():
+    result = scored(*CALM, target=0.5, friction=friction(0.5))
+    assert result["critical_speed"] == 0.0
+    assert np.isnan(result["fold"])
+    assert result["region"] == "above"
+
+
+def test_a_fold_that_cannot_be_followed_leaves_the_others_theirs():
+    forces = np.array([10.0, 400.0])
+    ends = folds(Rig(), Friction(forces, np.full(2, 0.5), np.full(2, 0.306), np.ones(2)))
+    assert ends[0] == pytest.approx(2.90097, abs=1e-4)
+    assert ends[1] == np.inf
+    assert scored(*CALM, target=9.9, friction=friction(400.0))["region"] == "bistable"
 
 
 def test_every_documented_score_is_there():
@@ -111,19 +137,3 @@ def test_a_run_twice_is_the_same_run_and_agrees_with_the_environments_verdict():
     for _ in range(600):
         *_, info = env.step(np.zeros((30, 1), np.float32))
     np.testing.assert_array_equal(info["is_success"], first["mitigated"])
-
-
-def test_chapter_suite_holds_the_chapters_cases():
-    chapter = chapter_suite()
-    episodes = run(Hold(), chapter)
-    assert chapter.rigs == len(episodes.speed_target) == 44
-    assert set(np.asarray(episodes.friction.normal_force)) == {10.0, 20.0, 25.0}
-    assert episodes.speed_target[-2:].tolist() == [3.0, 3.14]
-    assert set(np.asarray(episodes.friction.mu_s)) == {0.5}
-
-
-def test_unknown_suite_is_refused():
-    with pytest.raises(ValueError, match="did you mean default"):
-        suite("defaults")
-    with pytest.raises(ValueError, match="rigs = 0"):
-        suite("default", 0)

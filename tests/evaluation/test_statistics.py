@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env.evaluation.statistics import mean, median, rate
+from drillrig_env.evaluation.statistics import difference, interquartile_mean, mean, median, over_seeds, rate
 
 
 def test_wilson_interval_in_closed_form():
@@ -33,3 +33,41 @@ def test_constant_and_empty_samples():
     assert median(np.full(5, 7.0)) == median(np.full(9, 7.0)).__class__(7.0, 7.0, 7.0, 5)
     assert np.isnan(rate(np.array([], dtype=bool)).value)
     assert np.isnan(mean(np.array([])).value)
+
+
+def test_paired_difference_is_that_of_the_means_with_the_interval_of_the_differences():
+    rng = np.random.default_rng(1)
+    rigs = rng.normal(0.0, 10.0, 400)  # what the rigs have in common
+    gain = rng.normal(1.0, 0.5, 400)
+    found = difference(rigs + gain, rigs)
+    half = 1.96 * gain.std(ddof=1) / 20
+    assert found.value == pytest.approx(gain.mean())
+    assert (found.low, found.high) == pytest.approx((gain.mean() - half, gain.mean() + half), abs=0.1 * half)
+
+
+def test_difference_of_rates_has_the_standard_error_of_paired_outcomes():
+    ours, theirs = np.zeros(400, dtype=bool), np.zeros(400, dtype=bool)
+    ours[:120], theirs[80:140] = True, True  # 80 won, 20 lost: McNemar's discordant pairs
+    found = difference(ours, theirs)
+    error = np.sqrt((80 + 20) - (80 - 20) ** 2 / 400) / 400
+    assert found.value == pytest.approx(60 / 400)
+    assert (found.high - found.low) / 2 == pytest.approx(1.96 * error, rel=0.08)
+
+
+def test_equal_policies_differ_by_nothing_and_other_rigs_are_refused():
+    values = np.arange(5.0)
+    assert difference(values, values) == mean(np.zeros(5))
+    with pytest.raises(ValueError, match="allowed: equal"):
+        difference(values, values[:4])
+
+
+def test_interquartile_mean_of_five_seeds_is_the_mean_of_the_middle_three():
+    found = over_seeds([0.1, 0.9, 0.91, 0.95, 0.2], 5000)
+    assert found.value == pytest.approx((0.2 + 0.9 + 0.91) / 3)
+    assert found.count == 5000
+    assert 0.1 <= found.low < found.value < found.high <= 0.95
+    assert interquartile_mean(np.arange(8.0)) == pytest.approx(np.mean([2, 3, 4, 5]))
+
+
+def test_one_seed_and_equal_seeds_have_no_interval():
+    assert over_seeds([0.7], 1000) == over_seeds([0.7, 0.7, 0.7], 1000)

@@ -1,0 +1,165 @@
+"""The field: who competes, and how everyone is put through a suite while failures stay their own."""
+
+from __future__ import annotations
+
+import json
+import traceback
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.evaluation.histories import Histories
+from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.runner import Episodes, Policy, run
+from drillrig_env.evaluation.scores import score
+from drillrig_env.evaluation.suites import Suite
+
+_FRAMES = 3
+"""Calls that a failure's traceback shows, the innermost."""
+
+_UNIQUE = ("command", "reference")
+"""Entries of a config that may differ between a run and its continuation."""
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A policy that competes, or several training seeds of one.
+
+    `members` make the policy for a suite, by training seed; "" is the seed of what is not trained. A
+    policy is made anew for each suite, since its action is a share of the suite's slew limit. `env` holds
+    the arguments of the environment, the sensors among them, and `about` what tells this policy from a
+    changed one of the same name.
+    """
+
+    name: str
+    members: Mapping[str, Callable[[Suite], Policy]]
+    env: Mapping[str, Any]
+    told: tuple[str, ...] = ()
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    def description(self) -> dict[str, Any]:
+        """What the results say of this policy."""
+        return {"sensors": self.env["sensors"], "told": list(self.told), "seeds": list(self.members), **self.about}
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A policy that could not be made or run: its name, the suite if it got that far, and what was raised."""
+
+    policy: str
+    suite: str
+    error: str
+    trace: str = ""
+
+    def __str__(self) -> str:
+        where = f" in {self.suite}" if self.suite else ""
+        return f"{self.policy} failed{where}: {self.error}"
+
+    @classmethod
+    def of(cls, policy: str, suite: str, error: Exception) -> Failure:
+        """The failure behind an exception, with the innermost calls of its traceback."""
+        text = f"{type(error).__name__}: {error}"
+        return cls(policy, suite, text, "".join(traceback.format_tb(error.__traceback__)[-_FRAMES:]).rstrip())
+
+
+def face(
+    suite: Suite,
+    contestants: Iterable[Contestant],
+    results: Results,
+    histories: Histories,
+    folder: Path | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> list[Failure]:
+    """Put every contestant through a suite, but for those whose results are there already.
+
+    Results are added to `results` and `histories`, and written to `folder` after each policy. Whatever
+    a policy raises is a `Failure`; it leaves no rows, and the others go on. `progress` is called with a
+    policy's name, the steps done and the steps in all.
+    """
+    failures = []
+    for contestant in contestants:
+        if results.has(suite.name, contestant.name):
+            continue
+        try:
+            scores = _run_members(contestant, suite, histories, progress)
+        except Exception as error:  # a stranger's policy may raise anything
+            failures.append(Failure.of(contestant.name, suite.name, error))
+            continue
+        results.add(suite.name, contestant.name, scores)
+        results.arrange(results.config.get("policies", ()))
+        if folder:
+            histories.save(folder)
+            results.save(folder)
+    return failures
+
+
+def check_same(earlier: Mapping[str, Any], now: Mapping[str, Any], folder: Path) -> None:
+    """Raise `ValueError` where results of an earlier config cannot be continued with the one of `now`.
+
+    Suites and policies that only one of them has are no obstacle.
+    """
+    for name in sorted(earlier.keys() | now.keys()):
+        if name in _UNIQUE:
+            continue
+        before, after = earlier.get(name), now.get(name)
+        if name in ("suites", "policies"):
+            before, after = dict(before or {}), dict(after or {})
+            changed = [key for key in before if key in after and before[key] != after[key]]
+            if changed:
+                kind = {"suites": "suite", "policies": "policy"}[name]
+                raise ValueError(
+                    f"cannot resume {folder}: {kind} {changed[0]} is not what it was: "
+                    f"{_first_change(before[changed[0]], after[changed[0]])}"
+                )
+        elif before != after:
+            raise ValueError(f"cannot resume {folder}: {name} was {before}, and is {after} now")
+
+
+def _first_change(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
+    keys = [key for key in {**before, **after} if before.get(key) != after.get(key)]
+    return f"{keys[0]} was {before.get(keys[0])}, and is {after.get(keys[0])} now"
+
+
+def _run_members(
+    contestant: Contestant,
+    suite: Suite,
+    histories: Histories,
+    progress: Callable[[str, int, int], None] | None,
+) -> dict[str, npt.NDArray[Any]]:
+    """Scores of all members, one after another; the first member's typical rigs are kept."""
+    parts: list[dict[str, npt.NDArray[Any]]] = []
+    first: Episodes | None = None
+    for number, (seed, make) in enumerate(contestant.members.items()):
+
+        def shown(done: int, of: int, number: int = number) -> None:
+            if progress:
+                progress(contestant.name, number * of + done, len(contestant.members) * of)
+
+        episodes = run(make(suite), suite, progress=shown, **contestant.env)
+        first = first or episodes
+        named = {"seed": np.full(suite.rigs, seed), "episode": np.arange(suite.rigs)}
+        parts.append({**named, **score(episodes)})
+    if first is None:
+        raise ValueError(f"{contestant.name} has no members; allowed: at least one")
+    histories.keep(suite.name, contestant.name, first, parts[0])
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def config_of(
+    env_id: str, suites: Sequence[Suite], contestants: Sequence[Contestant], version: str, command: str, reference: str
+) -> dict[str, Any]:
+    """What `results.json` says was asked for, and what `check_same` compares, as it reads from the file."""
+    config = {
+        "command": command,
+        "env": env_id,
+        "version": version,
+        "reference": reference,
+        "suites": {suite.name: suite.definition() for suite in suites},
+        "policies": {contestant.name: contestant.description() for contestant in contestants},
+    }
+    read_back: dict[str, Any] = json.loads(json.dumps(config))
+    return read_back

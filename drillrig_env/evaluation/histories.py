@@ -1,0 +1,89 @@
+"""Histories over time of a few rigs, kept beside the results so that they can be drawn without running.
+
+Which rigs are kept is decided by the physics alone and not by what any policy made of them: of each
+suite the rig of median hardness below the critical speed, and that of median hardness between critical
+speed and fold.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.evaluation.results import Scores, replace
+from drillrig_env.evaluation.runner import Episodes
+from drillrig_env.evaluation.tables import best_first
+
+FILE = "histories.npz"
+REGIONS = ("below", "bistable")
+TRACES = ("lowest", "highest", "average", "top_speed", "speed_reference", "string_torque")
+"""What is kept of each control step: bit speed and speeds (rad/s), string torque (N m)."""
+
+History = dict[str, npt.NDArray[np.float32]]
+
+
+@dataclass
+class Histories:
+    """Histories by suite, policy and region; each a dictionary of TRACES with an entry a control step."""
+
+    kept: dict[tuple[str, str, str], History] = field(default_factory=dict)
+
+    def keep(self, suite: str, policy: str, episodes: Episodes, scores: Mapping[str, npt.NDArray[Any]]) -> None:
+        """Keep the typical rigs of a policy's episodes in a suite."""
+        for region, rig in typical_rigs(scores).items():
+            self.kept[suite, policy, region] = {
+                name: getattr(episodes, name)[rig].astype(np.float32) for name in TRACES
+            }
+
+    def of(self, suite: str, region: str) -> dict[str, History]:
+        """Histories of the typical rig of a region, by policy."""
+        return {policy: kept for (where, policy, at), kept in self.kept.items() if (where, at) == (suite, region)}
+
+    def save(self, folder: Path) -> None:
+        """Write all histories into a folder as one file."""
+        buffer = io.BytesIO()
+        arrays = {"|".join(key): np.stack([kept[name] for name in TRACES]) for key, kept in self.kept.items()}
+        np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]  # the stub takes a name for a flag
+        folder.mkdir(parents=True, exist_ok=True)
+        replace(folder / FILE, buffer.getvalue())
+
+
+def read(folder: str | Path) -> Histories:
+    """The histories of a folder of results; empty where none were kept."""
+    path = Path(folder) / FILE
+    histories = Histories()
+    if path.exists():
+        with np.load(path, allow_pickle=False) as arrays:
+            for key in arrays.files:
+                suite, policy, region = key.split("|")
+                histories.kept[suite, policy, region] = dict(zip(TRACES, arrays[key], strict=True))
+    return histories
+
+
+def typical_rigs(scores: Scores | Mapping[str, npt.NDArray[Any]]) -> dict[str, int]:
+    """Of each region that has rigs, the one of median hardness; by its place in the suite."""
+    found = {}
+    for region in REGIONS:
+        rigs = np.flatnonzero(scores["region"] == region)
+        if len(rigs):
+            order = np.argsort(scores["hardness"][rigs], kind="stable")
+            found[region] = int(rigs[order[len(order) // 2]])
+    return found
+
+
+def worth_showing(results: Mapping[str, Scores], kept: Iterable[str], most: int = 4) -> list[str]:
+    """The policies whose histories are drawn: of those kept the first, and then the best ones."""
+    first, *others = list(kept)
+    return [first, *(name for name in best_first(results) if name in others)][:most]
+
+
+def times(history: History) -> npt.NDArray[np.float64]:
+    """The ends of a history's control steps, s."""
+    return np.arange(1, len(history["average"]) + 1, dtype=np.float64) * CONTROL_PERIOD

@@ -1,0 +1,40 @@
+"""Versions, machine and date: what an artefact needs to be made again."""
+
+from __future__ import annotations
+
+import platform
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from drillrig_env.threads import available_threads
+
+_PACKAGES = ("drillrig", "gymnasium", "numpy", "scipy", "numba", "stable-baselines3", "torch")
+
+
+def provenance() -> dict[str, Any]:
+    """Date, Python, machine with processor and cores, and the versions of the packages that count."""
+    return {
+        "date": datetime.now(UTC).date().isoformat(),
+        "python": platform.python_version(),
+        "machine": f"{platform.system()} {platform.machine()}, {_processor()}, {available_threads()} cores",
+        "versions": {package: _version(package) for package in _PACKAGES},
+    }
+
+
+def _processor() -> str:
+    """The processor by its trade name where the system tells."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or "processor unknown"
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

@@ -1,0 +1,129 @@
+"""Everyone is put through the suites; failures stay their own; what is there already is not run again."""
+
+import numpy as np
+import pytest
+
+from drillrig_env.evaluation.field import Contestant, check_same, config_of, face
+from drillrig_env.evaluation.histories import Histories, typical_rigs
+from drillrig_env.evaluation.results import Results, read
+from drillrig_env.evaluation.runner import run
+from drillrig_env.evaluation.suites import suite
+from tests.evaluation.conftest import compare, contestants
+
+SUITE, OTHER = suite("default", 6), suite("degraded", 6)
+
+
+class Hold:
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros((len(observation), 1), np.float32), None
+
+
+class Raises(Hold):
+    told = ("normal_force",)
+
+    def tell(self, info):
+        raise RuntimeError("no telling")
+
+
+class Flat(Hold):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros(len(observation), np.float32), None
+
+
+class NotANumber(Hold):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.full((len(observation), 1), np.nan, np.float32), None
+
+
+class CannotBeMade(Hold):
+    def __init__(self):
+        raise KeyError("gain")
+
+
+def contestant(policy, name=None):
+    return Contestant(name or policy.__name__, {"": lambda suite: policy()}, {"sensors": "state"})
+
+
+def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
+    field = [contestant(policy) for policy in (Raises, Flat, NotANumber, CannotBeMade, Hold)]
+    results = Results({"policies": {}})
+    failures = face(SUITE, field, results, Histories(), tmp_path)
+    assert [failure.policy for failure in failures] == ["Raises", "Flat", "NotANumber", "CannotBeMade"]
+    assert "no telling" in str(failures[0])
+    assert "tell" in failures[0].trace
+    assert "shape (6,)" in str(failures[1])
+    assert "nan" in str(failures[2])
+    assert "gain" in str(failures[3])
+    assert read(tmp_path).policies == results.policies == ["Hold"]
+
+
+def test_only_who_says_so_is_told():
+    class Listens(Hold):
+        heard = 0
+
+        def tell(self, info):
+            Listens.heard += 1
+
+    run(Listens(), suite("default", 1))
+    assert Listens.heard == 0
+    Listens.told = ("mu_s",)
+    run(Listens(), suite("default", 1))
+    assert Listens.heard == 600
+
+
+def test_the_drives_gains_are_the_policys():
+    class Soft(Hold):
+        drive_gains = (0.3, 0.5)
+
+    assert not np.array_equal(run(Soft(), SUITE).average, run(Hold(), SUITE).average)
+
+
+def test_twice_the_same_comparison_is_the_same_file(comparison):
+    results, _ = comparison
+    again, _ = compare([suite(name, 24) for name in ("default",)])
+    rows = [row for row in results.rows.splitlines() if row.startswith(("suite", "default"))]
+    assert again.rows.splitlines() == rows
+
+
+def test_what_is_there_is_not_run_again_and_the_order_stays(tmp_path):
+    whole, _ = compare([SUITE, OTHER], folder=tmp_path / "whole")
+    part = Results(whole.config, whole.provenance)
+    field, kept = contestants(), Histories()
+    face(SUITE, field[1:2], part, kept, tmp_path / "part")
+    resumed = read(tmp_path / "part")
+    ran = []
+    for one in (SUITE, OTHER):
+        face(one, field, resumed, kept, tmp_path / "part", lambda name, done, of, one=one: ran.append((one.name, name)))
+    assert ("default", "told") not in ran
+    assert ("degraded", "told") in ran
+    assert (tmp_path / "part" / "results.csv").read_bytes() == (tmp_path / "whole" / "results.csv").read_bytes()
+
+
+def config(rigs=6, env="DrillRig-v0", version="1", **about):
+    field = [Contestant("a", {"": lambda suite: Hold()}, {"sensors": "state"}, (), about)]
+    return config_of(env, [suite("default", rigs)], field, version, "command", "a")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"rigs": 7}, r"suite default is not what it was: rigs was 6, and is 7 now"),
+        ({"env": "DrillRigSurface-v0"}, r"env was DrillRig-v0"),
+        ({"version": "2"}, r"version was 1, and is 2 now"),
+        ({"gain": 3.0}, r"policy a is not what it was: gain was None, and is 3.0 now"),
+    ],
+)
+def test_a_run_of_another_making_is_not_continued(change, words, tmp_path):
+    check_same(config(), config(), tmp_path)
+    with pytest.raises(ValueError, match=words):
+        check_same(config(), config(**change), tmp_path)
+
+
+def test_typical_rigs_are_chosen_by_the_physics(comparison):
+    results, histories = comparison
+    scores = results.scores["default"]
+    rigs = [typical_rigs(scores[policy]) for policy in ("constant", "told")]
+    assert rigs[0] == rigs[1]
+    for region, rig in rigs[0].items():
+        assert scores["constant"]["region"][rig] == region
+        assert set(histories.of("default", region)) == {"constant", "told", "seeds"}

@@ -1,0 +1,81 @@
+"""The page of results: made from what was taken in, and only from that."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from drillrig_env.evaluation.page import COMMAND, PICTURES, draw_pictures, main, page, stored_results, take_in
+from drillrig_env.evaluation.results import read
+from drillrig_env.evaluation.suites import suite
+from drillrig_env.evaluation.tables import all_estimates
+from tests.evaluation.conftest import compare
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def docs(comparison, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("docs")
+    surface = compare([suite("default", 24)], "DrillRigSurface-v0")
+    for name, (results, histories) in (("state", comparison), ("surface", surface)):
+        results.save(folder / name)
+        histories.save(folder / name)
+        take_in(folder / name, folder)
+    return folder
+
+
+def test_page_has_every_suite_the_findings_and_its_making(docs):
+    (docs / "results" / "findings.md").write_text("Words of a person.\n")
+    text = page(docs)
+    for words in (
+        "## DrillRig-v0: sensors `state`",
+        "## DrillRigSurface-v0: sensors `surface`",
+        "suite `degraded`",
+        "each policy less itself in `default`",
+        "## From DrillRig-v0 to DrillRigSurface-v0",
+        "Words of a person.",
+        "python eval.py",
+        "numpy",
+        "- `constant`: worst ",
+        "- In `default` below ω_c ",
+    ):
+        assert words in text
+    assert text == page(docs)
+    assert "nan" not in text
+
+
+def test_the_pictures_of_the_page_are_drawn(docs, monkeypatch):
+    shown = set(re.findall(r"\]\(images/results/(.+)\)", page(docs)))
+    assert shown == {
+        *(f"DrillRig-v0_{name}.png" for name in PICTURES),
+        *(f"DrillRigSurface-v0_{name}.png" for name in PICTURES if "load" not in name),
+    }
+    monkeypatch.setattr("drillrig_env.evaluation.page.PICTURES", {"calming_default": "", "histories_load_below": ""})
+    names = {path.name for path in draw_pictures(docs)}
+    assert names == {name for name in shown if name.endswith(("calming_default.png", "histories_load_below.png"))}
+    for path in (docs / "images" / "results").iterdir():
+        assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_results_that_are_not_finished_and_missing_ones_are_refused(comparison, docs, tmp_path, capsys):
+    unfinished = read(docs / "state")
+    unfinished.estimates = {}
+    unfinished.save(tmp_path)
+    with pytest.raises(ValueError, match="not finished"):
+        take_in(tmp_path, tmp_path)
+    with pytest.raises(SystemExit):
+        main(["--docs", str(tmp_path / "none")])
+    assert "holds no results" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not (DOCS / "results").is_dir(), reason="no results have been taken in")
+def test_the_projects_page_is_up_to_date():
+    assert (DOCS / "results.md").read_text(encoding="utf-8") == page(DOCS), f"out of date; run: {COMMAND}"
+    for results in stored_results(DOCS).values():
+        for policy, scores in list(results.scores["default"].items())[:2]:
+            found = all_estimates({"default": {policy: scores}}, policy)["default"][policy]["main"]
+            stored = results.estimates["default"][policy]["main"]
+            assert {name: one["value"] for name, one in found.items()} == pytest.approx(
+                {name: one["value"] for name, one in stored.items()}, nan_ok=True
+            )
