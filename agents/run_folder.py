@@ -1,4 +1,15 @@
-"""The folder of a training run: the model, and what made it."""
+"""The folder of a training run: its models, and what made them.
+
+| file | holds |
+|---|---|
+| `config.json` | command, algorithm, hyperparameters, environment, seed, versions: enough to train it again |
+| `model.zip` | the agent at the end of training: the one that is evaluated and shipped |
+| `best_model.zip` | the agent that did best in the evaluations during training |
+| `evaluations.npz` | these evaluations: `timesteps` (k,); `results`, `mitigated`, `ep_lengths`, each (k, rigs) |
+| `checkpoint.npz` | where an unfinished training goes on; gone when it is finished |
+| `progress.json` | how far the training is |
+| `tensorboard_1/` | curves |
+"""
 
 from __future__ import annotations
 
@@ -6,11 +17,25 @@ import json
 from pathlib import Path
 from typing import Any
 
-from stable_baselines3.common.base_class import BaseAlgorithm
+from agents.agent import Agent
+from agents.hyperparameters import algorithm_class
+from drillrig_env.parameters import closest
 
-from agents.hyperparameters import ALGORITHMS
+MODEL, BEST_MODEL, CONFIG = "model.zip", "best_model.zip", "config.json"
+EVALUATIONS, CHECKPOINT, PROGRESS = "evaluations.npz", "checkpoint.npz", "progress.json"
+TRAINED = Path(__file__).parent / "trained"
+"""The agents that come with the package, a run folder each."""
 
-MODEL, CONFIG = "model.zip", "config.json"
+_ONLY_FOR_TRAINING: dict[str, Any] = {  # put in place of what is saved, so that no other version must read it
+    "learning_rate": 0.0,
+    "clip_range": 0.0,
+    "clip_range_vf": None,
+    "_last_obs": None,
+    "_last_episode_starts": None,
+    "ep_info_buffer": None,
+    "ep_success_buffer": None,
+    "buffer_size": 1,
+}
 
 
 def new_run(parent: Path, algorithm: str, folder: Path | None = None) -> Path:
@@ -31,15 +56,41 @@ def is_run(path: str | Path) -> bool:
     return (Path(path) / CONFIG).is_file()
 
 
+def shipped() -> list[str]:
+    """The names of the agents that come with the package."""
+    return sorted(path.name for path in TRAINED.glob("*") if is_run(path))
+
+
+def find_run(name: str | Path) -> Path:
+    """The run folder at a path, or of a shipped agent by name. `ValueError` where there is neither."""
+    for path in (Path(name), TRAINED / name):
+        if is_run(path):
+            return path
+    hint = closest(str(name), [*shipped(), "the folder of a run"])
+    raise ValueError(f"{name}: neither a shipped agent nor the folder of a run (it has no {CONFIG}); {hint}")
+
+
+def write_config(folder: Path, config: dict[str, Any]) -> None:
+    """Write what made a run."""
+    (folder / CONFIG).write_text(json.dumps(config, indent=2) + "\n", encoding="utf-8")
+
+
 def read_config(path: str | Path) -> dict[str, Any]:
     """The config of a run: algorithm, hyperparameters, environment, seed and versions."""
     content: dict[str, Any] = json.loads((Path(path) / CONFIG).read_text(encoding="utf-8"))
     return content
 
 
-def load_policy(path: str | Path) -> BaseAlgorithm:
-    """The trained model of a run. `ValueError` where the run has left no model."""
-    model = Path(path) / MODEL
+def load_policy(path: str | Path, best: bool = False) -> Agent:
+    """The trained agent of a run: its last model, or with `best` the best during training.
+
+    The last is the default because the best was chosen by its score, which flatters it.
+    Raises `ValueError` where the run has left no such model.
+    """
+    name = BEST_MODEL if best else MODEL
+    model = Path(path) / name
     if not model.is_file():
-        raise ValueError(f"{path}: the run has no {MODEL}; it may have been stopped before the first save")
-    return ALGORITHMS[read_config(path)["algorithm"]].load(model, device="cpu")
+        raise ValueError(f"{path}: the run has no {name}; it may have been stopped before the first save")
+    config = read_config(path)
+    loaded = algorithm_class(config["algorithm"]).load(model, device="cpu", custom_objects=_ONLY_FOR_TRAINING)
+    return Agent(loaded, config)

@@ -1,11 +1,16 @@
 import pytest
+from torch import nn
 
-from agents.hyperparameters import algorithm_arguments, hyperparameters, schedule
+from agents.hyperparameters import algorithm_arguments, hyperparameters
+from agents.schedules import policy_kwargs, schedule
 
 
-@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
-def test_files_are_complete_and_changes_go_in(algorithm):
-    chosen = hyperparameters(algorithm, "DrillRig-v0", {"gamma": 0.9, "n_timesteps": 1e3})
+@pytest.mark.parametrize("env_id", ["DrillRig-v0", "DrillRigSurface-v0"])
+@pytest.mark.parametrize("algorithm", ["ppo", "sac", "ppo_lstm"])
+def test_files_are_complete_and_changes_go_in(algorithm, env_id):
+    if algorithm == "ppo_lstm":
+        pytest.importorskip("sb3_contrib")
+    chosen = hyperparameters(algorithm, env_id, {"gamma": 0.9, "n_timesteps": 1e3})
     assert chosen["gamma"] == 0.9
     assert chosen["n_timesteps"] == 1000
     assert isinstance(chosen["n_envs"], int)
@@ -17,6 +22,14 @@ def test_schedules():
     assert schedule("0.1") == 0.1
     with pytest.raises(ValueError, match="allowed: a number, or lin_"):
         schedule("cos_3")
+
+
+def test_network_as_text():
+    read = policy_kwargs("dict(net_arch=dict(pi=[64], vf=[32, 32]), activation_fn=nn.ReLU, log_std_init=-1)")
+    assert read == {"net_arch": {"pi": [64], "vf": [32, 32]}, "activation_fn": nn.ReLU, "log_std_init": -1}
+    for text in ("dict(net_arch=__import__('os'))", "print()", "dict(activation_fn=nn.Rel)", "[64", "dict([64])"):
+        with pytest.raises(ValueError, match="policy_kwargs = "):
+            policy_kwargs(text)
 
 
 @pytest.mark.parametrize(

@@ -1,20 +1,31 @@
-import json
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
+from agents.environment import batch_of, make_environment
+from agents.practice import PRACTICE_SEEDS
 from agents.run_folder import is_run, load_policy, read_config
 from agents.training import Training, train
 
 SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
+SHORT = {"duration": 3.0}
 ROOT = Path(__file__).parents[2]
 
 
 def small(folder, **changes):
-    values = {"n_timesteps": 512, "hyperparams": SMALL, "log_folder": folder, "tensorboard": False, "progress": False}
+    values = {
+        "n_timesteps": 512,
+        "hyperparams": SMALL,
+        "env_kwargs": SHORT,
+        "eval_episodes": 4,
+        "log_folder": folder,
+        "tensorboard": False,
+        "progress": False,
+    }
     return Training(**{**values, **changes})
 
 
@@ -25,13 +36,13 @@ def test_run_folder_holds_the_model_and_what_made_it(tmp_path):
     assert config["hyperparameters"]["n_steps"] == 16
     assert config["provenance"]["versions"]["stable-baselines3"]
     assert is_run(folder)
-    actions, _ = load_policy(folder).predict(np.zeros((4, 11), np.float32), deterministic=True)
+    actions, _ = load_policy(folder).predict(np.zeros((4, 12), np.float32), deterministic=True)
     assert actions.shape == (4, 1)
     assert train(small(tmp_path)).name == "ppo_2"
 
 
 def test_same_seed_same_agent_and_another_seed_another(tmp_path):
-    observations = np.random.default_rng(0).normal(size=(20, 11)).astype(np.float32)
+    observations = np.random.default_rng(0).normal(size=(20, 12)).astype(np.float32)
     actions = [
         load_policy(train(small(tmp_path, seed=s))).predict(observations, deterministic=True)[0] for s in (1, 1, 2)
     ]
@@ -43,7 +54,7 @@ def test_sac_trains(tmp_path):
     folder = train(
         small(tmp_path, algorithm="sac", hyperparams={"n_envs": 4, "learning_starts": 100, "batch_size": 32})
     )
-    assert load_policy(folder).num_timesteps >= 512
+    assert load_policy(folder).model.num_timesteps >= 512
 
 
 def test_interrupt_keeps_what_was_learnt(tmp_path, monkeypatch):
@@ -62,45 +73,84 @@ def test_bad_settings_are_refused_before_anything_is_written(tmp_path):
         ({"hyperparams": {"gama": 1}}, "did you mean gamma"),
         ({"seed": -1}, "seed = -1"),
         ({"seed": 10**9}, "seed"),
+        ({"seed": PRACTICE_SEEDS}, "seed"),
         ({"env_kwargs": {"sensors": "none"}}, "sensors"),
+        ({"env_kwargs": {"slew_limt": 1.0}}, "did you mean slew_limit"),
+        ({"env_kwargs": {"reward": {"traking": 1.0}}}, "did you mean tracking"),
+        ({"hyperparams": {**SMALL, "policy_kwargs": "dict(net_arch=open)"}}, "policy_kwargs"),
+        ({"env_id": "DrillRig-v1"}, "did you mean DrillRig-v0"),
+        ({"eval_freq": 0}, "eval_freq = 0"),
+        ({"save_freq": 0}, "save_freq = 0"),
     ):
         with pytest.raises(ValueError, match=message):
             train(small(tmp_path / "runs", **changes))
     assert not (tmp_path / "runs").exists()
 
 
+def test_evaluations_keep_the_best_and_the_last_model(tmp_path):
+    folder = train(small(tmp_path, eval_freq=128))
+    with np.load(folder / "evaluations.npz") as saved:
+        assert saved["timesteps"].tolist() == [128, 256, 384, 512]
+        assert saved["results"].shape == saved["mitigated"].shape == saved["ep_lengths"].shape == (4, 4)
+        assert np.all(saved["results"] < 0)
+        ranks = list(zip(saved["mitigated"].mean(axis=1), saved["results"].mean(axis=1), strict=True))
+    best = load_policy(folder, best=True).model.num_timesteps
+    assert best == 128 * (1 + ranks.index(max(ranks)))
+    assert load_policy(folder).model.num_timesteps == 512
+    assert not (train(small(tmp_path, eval_freq=-1)) / "evaluations.npz").exists()
+
+
+def test_curves_hold_the_mitigated_share(tmp_path):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    folder = train(small(tmp_path, tensorboard=True))
+    events = EventAccumulator(str(folder / "tensorboard_1"))
+    events.Reload()
+    assert {"drillrig/mitigated", "drillrig/cost", "eval/mitigated"} <= set(events.Tags()["scalars"])
+
+
+def test_frame_stack_sees_what_it_was_trained_on(tmp_path):
+    """The loaded agent stacks frames as the training's `VecFrameStack` did, over resets and all."""
+    folder = train(small(tmp_path, hyperparams={**SMALL, "frame_stack": 3}))
+    agent = load_policy(folder)
+    env = make_environment("DrillRig-v0", 3, 5, {"duration": 1.0}, frame_stack=3)
+    stacked, state, begins = env.reset(), None, np.ones(3, dtype=bool)
+    for _ in range(25):
+        expected, _ = agent.model.predict(stacked, deterministic=True)
+        actions, state = agent.predict(batch_of(env).core.observations, state, begins)
+        np.testing.assert_array_equal(state[0], stacked)
+        np.testing.assert_array_equal(actions, expected)
+        stacked, _, begins, _ = env.step(actions)
+
+
 def command(*arguments, folder):
     return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
 
 
-def test_command_lines_train_and_compare(tmp_path):
+def test_command_line_trains_seeds_side_by_side(tmp_path):
     settings = [f"{name}:{value}" for name, value in SMALL.items()]
-    trained = command(
-        str(ROOT / "train.py"),
-        "ppo",
-        "-n",
-        "512",
-        "--no-progress",
-        "--no-tensorboard",
-        "-params",
-        *settings,
-        folder=tmp_path,
-    )
+    flags = ["-n", "512", "--eval-episodes", "4", "--no-tensorboard", "--seeds", "2", "--jobs", "2", "--seed", "3"]
+    settings = ["--env-kwargs", "duration:3.0", "-params", *settings]
+    trained = command(str(ROOT / "train.py"), *flags, *settings, folder=tmp_path)
     assert trained.returncode == 0, trained.stderr
-    assert (tmp_path / "runs/ppo_1/model.zip").is_file()
-    compared = command(str(ROOT / "eval.py"), "constant", "runs/ppo_1", "--rigs", "20", folder=tmp_path)
-    assert compared.returncode == 0, compared.stderr
-    assert "ppo_1" in compared.stdout
-    names = {path.name for path in (tmp_path / "results").iterdir()}
-    assert {"results.csv", "results.json", "histories_default.png", "map_default.png", "map_chapter.png"} <= names
-    estimates = json.loads((tmp_path / "results/results.json").read_text())["estimates"]
-    assert set(estimates) == {"default", "chapter"}
+    folder = tmp_path / "runs/ppo_1"
+    assert {path.name for path in folder.iterdir()} == {"seed_3", "seed_4"}
+    assert [read_config(folder / f"seed_{seed}")["seed"] for seed in (3, 4)] == [3, 4]
+    alone = load_policy(train(small(tmp_path, seed=4))).model.policy.state_dict()
+    beside = load_policy(folder / "seed_4").model.policy.state_dict()
+    assert all(torch.equal(alone[name], beside[name]) for name in alone)
 
 
-def test_command_lines_explain_mistakes(tmp_path):
-    wrong = command(str(ROOT / "eval.py"), "constnt", folder=tmp_path)
-    assert wrong.returncode == 2
-    assert "did you mean constant" in wrong.stderr
+def test_command_line_explains_mistakes(tmp_path):
     wrong = command(str(ROOT / "train.py"), "ppo", "-params", "gamma", folder=tmp_path)
     assert wrong.returncode == 2
     assert "gamma:0.98" in wrong.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_agent_wants_the_same_rates_at_another_slew_limit(tmp_path):
+    agent = load_policy(train(small(tmp_path)))
+    observations = np.random.default_rng(0).normal(size=(50, 12)).astype(np.float32)
+    actions = agent.predict(observations)[0]
+    slower = agent.at_slew_limit(1.0).predict(observations)[0]
+    np.testing.assert_allclose(slower, np.clip(2.0 * actions, -1.0, 1.0))

@@ -1,0 +1,88 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from agents.export import EXAMPLE, TOLERANCE, export, largest_difference
+from agents.run_folder import load_policy
+from agents.training import Training, train
+
+onnx = pytest.importorskip("onnx")
+onnxruntime = pytest.importorskip("onnxruntime")
+
+PPO = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
+
+
+@pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface"])
+def agent(request, tmp_path_factory):
+    hyperparams = {"n_envs": 4, "learning_starts": 100, "batch_size": 32} if request.param == "sac" else PPO
+    if "frames" in request.param:
+        hyperparams = {**hyperparams, "frame_stack": 3}
+    training = Training(
+        algorithm=request.param[:3],
+        env_id="DrillRigSurface-v0" if "surface" in request.param else "DrillRig-v0",
+        n_timesteps=256,
+        hyperparams=hyperparams,
+        env_kwargs={"duration": 5.0, "slew_limit": 1.5},
+        eval_freq=-1,
+        run_folder=tmp_path_factory.mktemp("runs") / "run",
+        tensorboard=False,
+        progress=False,
+    )
+    return load_policy(train(training))
+
+
+def test_file_acts_as_the_agent(agent, tmp_path):
+    export(agent, tmp_path / "policy.onnx")
+    assert largest_difference(agent, tmp_path / "policy.onnx", episodes=10) < TOLERANCE
+    about = onnxruntime.InferenceSession(tmp_path / "policy.onnx").get_modelmeta().custom_metadata_map
+    assert [channel["name"] for channel in json.loads(about["channels"])] == list(agent.sensors.names)
+    assert about["slew_limit"] == "1.5 rad/s^2"
+
+
+def test_another_agent_would_be_noticed(agent, tmp_path):
+    """The comparison can fail: it sees a network whose weights are a little off."""
+    export(agent, tmp_path / "policy.onnx")
+    weights = agent.model.policy.state_dict()
+    name = next(name for name in weights if name.startswith(("action_net", "actor.mu")))
+    original = weights[name].clone()
+    weights[name] += 0.001
+    agent.model.policy.load_state_dict(weights)
+    assert largest_difference(agent, tmp_path / "policy.onnx", episodes=2) > TOLERANCE
+    weights[name] = original
+    agent.model.policy.load_state_dict(weights)
+
+
+def test_rate_keeps_the_slew_limit(agent, tmp_path):
+    export(agent, tmp_path / "policy.onnx")
+    session = onnxruntime.InferenceSession(tmp_path / "policy.onnx")
+    values = {
+        item.name: np.full((2, item.shape[1]), 1e6, np.float32 if item.name == "frames" else np.float64)
+        for item in session.get_inputs()
+    }
+    rate = session.run(["speed_reference_rate"], values)[0]
+    assert rate.shape == (2, 1)
+    assert np.all(np.abs(rate) <= 1.5)
+
+
+def test_example_runs_with_onnxruntime_alone(agent, tmp_path):
+    export(agent, tmp_path / "policy.onnx")
+    done = subprocess.run([sys.executable, "-c", EXAMPLE], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("speed reference: ")
+    assert len([line for line in EXAMPLE.splitlines() if line]) <= 20
+
+
+def test_recurrent_network_is_refused(tmp_path):
+    pytest.importorskip("sb3_contrib")
+    hyperparams = {**PPO, "policy_kwargs": {"lstm_hidden_size": 4}}
+    training = Training(
+        "ppo_lstm", n_timesteps=128, hyperparams=hyperparams, env_kwargs={"duration": 3.0}, eval_freq=-1
+    )
+    folder = train(
+        Training(**{**vars(training), "run_folder": tmp_path / "run", "tensorboard": False, "progress": False})
+    )
+    with pytest.raises(ValueError, match="recurrent network is not exported"):
+        export(load_policy(folder), tmp_path / "policy.onnx")
