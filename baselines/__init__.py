@@ -9,18 +9,43 @@ from typing import Any
 
 from baselines.baseline import Baseline
 from baselines.constant import Constant
+from baselines.feed_forward_start import FeedForwardStart
 from baselines.jump_ease import JumpEase
 from baselines.jump_ease_estimated import JumpEaseEstimated
+from baselines.lqg import LQG
+from baselines.mppi import MPPI
+from baselines.soft_torque import SoftTorque
+from baselines.speed_pulse import SpeedPulse
+from baselines.z_torque import ZTorque
 from drillrig_env.parameters import closest
 
 BASELINES: dict[str, type[Baseline]] = {
     "constant": Constant,
     "jump_ease": JumpEase,
     "jump_ease_estimated": JumpEaseEstimated,
+    "z_torque": ZTorque,
+    "soft_torque": SoftTorque,
+    "speed_pulse": SpeedPulse,
+    "feed_forward_start": FeedForwardStart,
+    "lqg": LQG,
+    "mppi": MPPI,
 }
 """Every baseline by name."""
 
-__all__ = ["BASELINES", "Baseline", "Constant", "JumpEase", "JumpEaseEstimated", "make"]
+__all__ = [
+    "BASELINES",
+    "LQG",
+    "MPPI",
+    "Baseline",
+    "Constant",
+    "FeedForwardStart",
+    "JumpEase",
+    "JumpEaseEstimated",
+    "SoftTorque",
+    "SpeedPulse",
+    "ZTorque",
+    "make",
+]
 
 
 def make(name: str, **kwargs: Any) -> Baseline:

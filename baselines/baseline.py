@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.env.sensors import Sensors
+from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
 
@@ -18,25 +18,67 @@ from drillrig_env.rig import Rig
 class Baseline(ABC):
     """A policy that names the speed reference it wants; the action is the rate that gets there.
 
-    Subclasses give `desired_reference`, the `channels` that they read, the width of their `memory`
-    and, in `told`, what they must be told beyond the sensors: the names of entries of `info`, handed
-    over by `tell(info)` before each `predict`.
+    Subclasses give `desired_reference` and say, as class attributes, what they live on:
+
+    - `channels`: always read;
+    - `any_of`: alternatives, each a tuple of channels, of which the sensors must show one in full;
+    - `told`: entries of `info` that must be handed over by `tell(info)` before each `predict`;
+    - `memory`: numbers a rig that are kept from one call to the next;
+    - `tuned`: arguments of the constructor that `python -m baselines.tune` searches, with their bounds;
+    - `tuned_values`: what it found for them, by the sensors that it was run with;
+    - `slow`: whether an episode takes minutes rather than seconds.
+
+    Sensors that do not show what a policy reads are refused with a `ValueError`.
     """
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
     told: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[int] = 0
+    tuned: ClassVar[dict[str, tuple[float, float]]] = {}
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = {}
+    slow: ClassVar[bool] = False
 
-    def __init__(self, sensors: str = "state", rig: Rig | None = None, slew_limit: float = 2.0) -> None:
+    def __init__(
+        self, sensors: str | tuple[str, ...] = "state", rig: Rig | None = None, slew_limit: float = 2.0
+    ) -> None:
         self.sensors = Sensors.named(sensors)
         self.rig = rig or Rig()
         self.slew_limit = slew_limit
         self._told: dict[str, FloatArray] = {}
-        missing = sorted(set(self.channels) - set(self.sensors.names))
-        if missing:
+        lacking = self._lacking(self.sensors)
+        if lacking:
+            would_do = [name for name, offered in SENSORS.items() if not self._lacking(offered)]
             raise ValueError(
-                f"{type(self).__name__} reads {', '.join(missing)}, which the sensors {sensors!r} do not show"
+                f"{type(self).__name__} reads {lacking}, which the sensors {sensors!r} do not show; "
+                f"sensors that would do: {', '.join(would_do) or 'none of those with a name'}"
             )
+
+    @classmethod
+    def _lacking(cls, sensors: Sensors) -> str:
+        """The channels that this policy misses, in words; empty where the sensors show enough."""
+        shown = set(sensors.names)
+        missing = [", ".join(name for name in cls.channels if name not in shown)]
+        if cls.any_of and not any(shown.issuperset(group) for group in cls.any_of):
+            missing.append("one of " + " or ".join(f"({', '.join(group)})" for group in cls.any_of))
+        return " and ".join(part for part in missing if part)
+
+    def _given_or_tuned(self, **given: float | None) -> dict[str, float]:
+        """The tuned arguments: those given, and for None what was found with these sensors or the like.
+
+        Sensors without values of their own take those for "surface" where the torque is the drive's
+        estimate, and the first ones otherwise.
+        """
+        names = set(self.sensors.names)
+        estimated = "string_torque" in names and not {"collar_speed", "top_speed"} <= names
+        alike = "surface" if estimated and "surface" in self.tuned_values else next(iter(self.tuned_values))
+        found = self.tuned_values.get(self.sensors.name, self.tuned_values[alike])
+        return {name: found[name] if value is None else value for name, value in given.items()}
+
+    @property
+    def drive_gains(self) -> tuple[float, float] | None:
+        """Gains (k_p, k_i) of the drive's speed loop that the policy asks for; None leaves the rig's own."""
+        return None
 
     def tell(self, info: Mapping[str, Any]) -> None:
         """Take from an environment's `info` what this policy is told; one entry a rig, or numbers."""

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from math import exp
+from math import exp, sqrt
 from typing import ClassVar
 
 import numpy as np
 
 from baselines.baseline import Baseline
+from baselines.string_torque import MEMORY, OSCILLATION_MEMORY, TORQUE_SHOWN, oscillation, torque_deviation
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import FloatArray, Friction
@@ -22,6 +23,8 @@ from drillrig_env.model import jacobian, state_equations
 from drillrig_env.rig import Rig
 from drillrig_env.stability import basin_depth, critical_slope, critical_speed, fold_speed
 
+_MEAN_TIME = 10.0  # s, of the torque's mean
+_FOLLOW = 0.15  # of the torque's oscillation: over about one cycle, so that noise is not taken for shaking
 _FILTER = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of the mean square twist rate; about one stick-slip period
 
 
@@ -29,9 +32,10 @@ class JumpEase(Baseline):
     """Jump and ease, told the friction: past the fold, wait until calm, down to max(omega*, omega_c + margin).
 
     Oscillation is measured as the running root mean square of the twist rate x_3 - x_5 (bit less top
-    speed) over the speed reference, which the jump itself hardly excites. Above `shaking` the
-    reference rises at the slew limit to (1 + `beyond`) times the fold; there it waits until the measure
-    has fallen below `calm`, and then eases down.
+    speed) over the speed reference, which the jump itself hardly excites. Where the bit speed is not
+    shown, the oscillation of the torque into the string, over the string's impedance, stands for it.
+    Above `shaking` the reference rises at the slew limit to (1 + `beyond`) times the fold; there it waits
+    until the measure has fallen below `calm`, and then eases down.
 
     How fast? The corner of a ramp of rate r leaves a swing c r of the bit speed behind, with c from the
     rig's least damped pair of eigenvalues. Calm rotation survives a swing up to that of the unstable
@@ -39,13 +43,13 @@ class JumpEase(Baseline):
     of that swing.
     """
 
-    channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target", "bit_speed", "top_speed")
+    any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("bit_speed", "top_speed"), *TORQUE_SHOWN)
     told: ClassVar[tuple[str, ...]] = ("normal_force", "mu_s", "mu_k", "v_b")
-    memory = 2  # mean square twist rate; 1 while easing
+    memory = 2 + MEMORY + OSCILLATION_MEMORY  # mean square twist rate; 1 while easing; the torque's oscillation
 
     def __init__(
         self,
-        sensors: str = "state",
+        sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
         slew_limit: float = 2.0,
         margin: float = 0.1,
@@ -75,13 +79,21 @@ class JumpEase(Baseline):
         reference = seen["speed_reference"]
         floor = np.maximum(seen["speed_target"], critical_speed(self.rig, friction) + self.margin)
         past_fold = np.fmin((1.0 + self.beyond) * np.nan_to_num(fold), LARGEST_REFERENCE)
-        memory[:, 0] += _FILTER * ((seen["bit_speed"] - seen["top_speed"]) ** 2 - memory[:, 0])
+        memory[:, 0] += _FILTER * (self._twist_rate(seen, memory[:, 2:]) ** 2 - memory[:, 0])
         oscillation = np.sqrt(memory[:, 0]) / np.maximum(reference, 0.1)
         easing = np.where(memory[:, 1] > 0, oscillation < self.shaking, oscillation < self.calm)
         memory[:, 1] = easing
         rate = self.of_basin * basin_depth(self.rig, friction, floor) / swing_of_a_ramp(self.rig)
         lowered = reference - np.where(easing, np.minimum(rate, self.slew_limit) * CONTROL_PERIOD, 0.0)
         return np.maximum(floor, np.where(oscillation > self.shaking, np.maximum(past_fold, reference), lowered))
+
+    def _twist_rate(self, seen: Mapping[str, FloatArray], memory: FloatArray) -> FloatArray:
+        """Bit less top speed, rad/s, or a number of the same mean square from the torque's oscillation."""
+        if "bit_speed" in seen and "top_speed" in seen:
+            return seen["bit_speed"] - seen["top_speed"]
+        deviation = torque_deviation(self.rig, seen, memory[:, :MEMORY], _MEAN_TIME)
+        z = oscillation(self.rig, deviation, memory[:, MEMORY:], _FOLLOW)
+        return np.asarray(np.abs(z) / (sqrt(2.0) * self.rig.impedance))
 
 
 @lru_cache(maxsize=32)

@@ -35,12 +35,25 @@ class JumpEaseEstimated(JumpEase):
     default scenario with seeds that no suite uses.
     """
 
-    channels = (*JumpEase.channels, "twist_12", "collar_speed", "bit_speed_deviation", "bit_speed_mean")
+    channels = (
+        *JumpEase.channels,
+        "bit_speed",
+        "top_speed",
+        "twist_12",
+        "collar_speed",
+        "bit_speed_deviation",
+        "bit_speed_mean",
+    )
+    any_of = ()
     told = ()
     memory = 5  # JumpEase's two; break-loose torque; steady torque, and the speed that it was seen at
 
     def __init__(
-        self, sensors: str = "state", rig: Rig | None = None, slew_limit: float = 2.0, spread: float = 0.1
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: Rig | None = None,
+        slew_limit: float = 2.0,
+        spread: float = 0.1,
     ) -> None:
         super().__init__(sensors, rig, slew_limit)
         self.spread = spread

@@ -1,0 +1,218 @@
+"""LQG: a Kalman filter on whatever the sensors show, and a linear quadratic feedback to the speed reference.
+
+Active damping keeps steady rotation stable below the critical speed as well; what is hard is to get there
+from stick-slip, where the slew limit saturates and the friction is anything but linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import exp
+from typing import ClassVar
+
+import numpy as np
+
+from baselines.baseline import Baseline
+from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.scenario import LARGEST_REFERENCE
+from drillrig_env.env.sensors import LONGEST_DELAY
+from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.model import frictionless_state
+from drillrig_env.parameters import refuse
+from drillrig_env.rig import Rig
+
+_SLOPES = np.geomspace(0.002, 0.25, 32)
+"""Friction slopes s that gains are designed for, N m s/rad: up to 20 times what the bare drive can bear."""
+
+_STEP, _OFFSET, _SHAKING, _PAST = SIZE, SIZE + 1, SIZE + 2, SIZE + 3
+"""Columns of memory after the estimate: steps done, set point less target, mean square twist rate, past references."""
+
+_TWIST_RATE = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of that mean; about one stick-slip period
+_LEAST_NOISE = 0.01  # of an exact channel, as a share of its scale
+_FIRST_SPREAD = (0.3, 0.8, 3.0, 3.0, 0.5, 0.3, 0.1)  # of the states at first, for all that is known
+_FIRST_LEVEL, _FIRST_LEVEL_SPREAD = 0.3, 0.5  # of the friction torque, N m
+_HIGHEST_SET_POINT = LARGEST_REFERENCE - 2.0  # rad/s; room for the feedback
+_WAIT = 3.0  # s, before the first verdict on shaking
+
+
+class LQG(Baseline):
+    """Kalman filter and LQ feedback about a set point that is raised while the rig shakes; told nothing.
+
+    The design model (`baselines.linear_rig`) is the sampled linear rig with the friction torque as a level that
+    wanders, a fluctuation and a slope -s. From what the channels show, in the light of their ordinary noise and of the
+    delay that the sensors are known to have, the filter estimates states and torques; it is fed the speed reference
+    as it really was, so that slew and range limits do not wind it up. The feedback minimises squares of the
+    bit speed's error, the rate of the upper twist and the change of omega_ref (Kwakernaak & Sivan, Linear Optimal
+    Control Systems, 1972). In steady rotation it vanishes: the bit turns at the set point, whatever the friction.
+
+    Two things are not textbook. The gains are scheduled: s is `share` times the slope that the chapter's
+    coefficients and the estimated level give at the set point. And as long as the running twist rate
+    (bit less top speed, over the set point) is above `shaking`, the set point rises at `rise` (rad/s^2)
+    above the target: friction falls less at more speed, and the feedback wins there. Once calm it comes
+    down at `ease` (rad/s^2), actively damped all the way.
+
+    `level` (N m in a second's walk), `fluctuation` (N m) and `forgotten` (s) describe the friction torque
+    to the filter; `twisting` and `effort` are weights of the feedback. `delay` in control steps is that of
+    the sensors if None. The rest is tuned by `python -m baselines.tune lqg` on training seeds.
+    """
+
+    any_of = (("bit_speed", "top_speed"), ("twist_23", "top_speed"), ("string_torque",), ("current", "top_speed"))
+    memory = _PAST + LONGEST_DELAY + 1
+    tuned: ClassVar[dict[str, tuple[float, float]]] = {
+        "twisting": (0.0, 40.0),
+        "effort": (1.0, 60.0),
+        "share": (0.2, 2.0),
+        "level": (0.005, 0.2),
+        "fluctuation": (0.005, 0.5),
+        "shaking": (0.1, 0.5),
+    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
+        "state": {
+            "twisting": 7.7,
+            "effort": 28.0,
+            "share": 1.0,
+            "level": 0.05,
+            "fluctuation": 0.4,
+            "shaking": 0.48,
+        },
+        "surface": {
+            "twisting": 30.0,
+            "effort": 1.0,
+            "share": 0.32,
+            "level": 0.0126,
+            "fluctuation": 0.0117,
+            "shaking": 0.2,
+        },
+    }
+
+    def __init__(
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: Rig | None = None,
+        slew_limit: float = 2.0,
+        twisting: float | None = None,
+        effort: float | None = None,
+        share: float | None = None,
+        level: float | None = None,
+        fluctuation: float | None = None,
+        shaking: float | None = None,
+        forgotten: float = 6.0,
+        rise: float = 2.0,
+        ease: float = 0.2,
+        delay: int | None = None,
+    ) -> None:
+        super().__init__(sensors, rig, slew_limit)
+        gains = self._given_or_tuned(
+            twisting=twisting,
+            effort=effort,
+            share=share,
+            level=level,
+            fluctuation=fluctuation,
+            shaking=shaking,
+        )
+        self.share, self.shaking, self.rise, self.ease = gains["share"], gains["shaking"], rise, ease
+        self.delay = self.sensors.delay if delay is None else delay
+        if not 0 <= self.delay <= LONGEST_DELAY:
+            raise refuse("LQG", "delay", self.delay, "control steps", f"0 to {LONGEST_DELAY}")
+        self.measured = tuple(name for name in MEASURED if name in self.sensors.names)
+        models = [LinearRig(self.rig, slope, forgotten) for slope in _SLOPES]
+        channels = {channel.name: channel for channel in self.sensors.channels}
+        shown = [channels[name] for name in self.measured]
+        noise = np.array([max(channel.noise, _LEAST_NOISE * channel.scale) for channel in shown])
+        self._design(models, noise, gains)
+
+    def _design(self, models: list[LinearRig], noise: FloatArray, gains: Mapping[str, float]) -> None:
+        """Model, filter and feedback for every slope; and the gain that makes an estimate of the first measurement."""
+        self.model = models[0]
+        self._transition = np.stack([model.transition for model in models])
+        self._input = np.stack([model.input for model in models])
+        self._filter = np.stack(
+            [model.filter_gain(self.measured, noise, gains["level"], gains["fluctuation"]) for model in models]
+        )
+        self._feedback = np.stack([model.feedback_gain(gains["twisting"], gains["effort"]) for model in models])
+        rows, through = zip(*(self.model.measurement(name) for name in self.measured), strict=True)
+        self._rows, self._through = np.stack(rows), np.array(through)
+        by_level = _FIRST_LEVEL_SPREAD * self.model.per_level
+        spread = np.diag([*np.square(_FIRST_SPREAD), 0.0, 0.0, 0.01]) + np.outer(by_level, by_level)
+        self._first = gain_of(spread, self._rows, np.diag(noise**2))
+
+    def desired_reference(
+        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        """The reference so far and the change that the feedback asks for."""
+        set_point = seen["speed_target"] + memory[:, _OFFSET]
+        reference = seen["speed_reference"] - set_point
+        gains = self._scheduled(memory[:, LEVEL], set_point)
+        z = self._estimate(seen, memory, set_point, reference, gains)
+        move = self._move_set_point(z, memory, set_point, gains)
+        z[:, :7] -= self.model.per_speed * move[:, None]
+        z[:, LEVEL] -= _SLOPES[gains] * move
+        deviation = np.column_stack([z - z[:, LEVEL, None] * self.model.per_level, reference - move])
+        change = -(self._feedback[gains] * deviation).sum(axis=-1)
+        return np.asarray(seen["speed_reference"] + move + change)
+
+    def estimate(self, state: tuple[np.ndarray, ...], speed_target: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """States, shape (n, 7), and friction level T_0 (N m), shape (n,), from the state that `predict` returned.
+
+        They are those of the last measurement, which is as old as the sensors' delay; `speed_target` in rad/s.
+        """
+        memory = state[0]
+        set_point = np.asarray(speed_target) + memory[:, _OFFSET]
+        return frictionless_state(self.rig, set_point) + memory[:, :7], memory[:, LEVEL]
+
+    def _scheduled(self, level: FloatArray, speed: FloatArray) -> np.ndarray:
+        """Which of _SLOPES is nearest to `share` times that of the chapter's law with the torque `level` at `speed`."""
+        one_newton = Friction(1.0)
+        force = np.maximum(level, 0.0) / np.asarray(one_newton.torque(self.rig, speed))
+        slope = -self.share * force * np.asarray(one_newton.slope(self.rig, speed))
+        ratio = np.log(_SLOPES[1] / _SLOPES[0])
+        nearest = np.rint(np.log(np.maximum(slope, _SLOPES[0]) / _SLOPES[0]) / ratio)
+        return np.asarray(np.minimum(nearest, len(_SLOPES) - 1).astype(int))
+
+    def _estimate(
+        self,
+        seen: Mapping[str, FloatArray],
+        memory: FloatArray,
+        set_point: FloatArray,
+        reference: FloatArray,
+        gains: np.ndarray,
+    ) -> FloatArray:
+        """Filter the measurement, which is `delay` steps old, and reckon on from there with the known references."""
+        done, past = memory[:, _STEP], memory[:, _PAST : _PAST + self.delay + 1]
+        past[:, :-1] = past[:, 1:]
+        past[:, -1] = reference
+        past[done == 0] = reference[done == 0, None]
+        first, waiting = (done == 0)[:, None], ((done > 0) & (done <= self.delay))[:, None]
+        transition, by_reference = self._transition[gains], self._input[gains]
+        shown = [seen[name] - self.model.without_friction(name, set_point) for name in self.measured]
+        expected = np.where(
+            first,
+            _FIRST_LEVEL * self.model.per_level,
+            applied(transition, memory[:, :SIZE]) + by_reference * past[:, :1],
+        )
+        news = np.stack(shown, axis=-1) - applied(self._rows, expected) - self._through * past[:, :1]
+        z = expected + np.where(first, applied(self._first, news), applied(self._filter[gains], news))
+        z = np.where(waiting, memory[:, :SIZE], z)  # the first measurement is all that is seen until the second arrives
+        memory[:, :SIZE] = z
+        memory[:, _STEP] += 1.0
+        for age in range(self.delay, 0, -1):
+            known = (done >= age)[:, None]
+            z = np.where(known, applied(transition, z) + by_reference * past[:, [self.delay + 1 - age]], z)
+        return z.copy()
+
+    def _move_set_point(
+        self, z: FloatArray, memory: FloatArray, set_point: FloatArray, gains: np.ndarray
+    ) -> FloatArray:
+        """Up while shaking, otherwise down to the target; returns the move (rad/s) and puts the memory about it."""
+        shaking = np.sqrt(memory[:, _SHAKING]) / set_point
+        memory[:, _SHAKING] += _TWIST_RATE * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, _SHAKING])
+        rate = np.where(shaking > self.shaking, self.rise, -self.ease)
+        room = np.maximum(_HIGHEST_SET_POINT - set_point, 0.0)
+        move = np.clip(rate * CONTROL_PERIOD, -memory[:, _OFFSET], room)
+        move[memory[:, _STEP] * CONTROL_PERIOD < _WAIT] = 0.0
+        memory[:, _OFFSET] += move
+        memory[:, :7] -= self.model.per_speed * move[:, None]
+        memory[:, LEVEL] -= _SLOPES[gains] * move
+        memory[:, _PAST : _PAST + self.delay + 1] -= move[:, None]
+        return move

@@ -1,0 +1,63 @@
+"""Soft torque: the drive's own speed loop made soft, so that the top gives way to the string's waves.
+
+A stiff drive reflects torsional waves; one whose speed gives way in proportion to the torque takes
+their energy out. Soft torque does it with the gains of the speed loop, without a torque sensor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from baselines.baseline import Baseline
+from drillrig_env.friction import FloatArray
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
+from drillrig_env.rig import Rig
+
+
+class SoftTorque(Baseline):
+    """omega_ref = omega*, and a drive whose gains make it a damper of the string's impedance; told nothing.
+
+    Slower than the armature, the drive puts the torque K_p (omega_ref - x_5) + K_i x_7 into the shaft, with
+    K_p = eta K_T k_p / R + eta^2 K_T K_E / R + eta^2 C_m (N m s/rad) and K_i = eta K_T k_i / R (N m/rad).
+    `proportional` and `integral` are these two. Matching says K_p of the order of the string's impedance Z
+    and K_i = (2 pi f)^2 J_3 with f the string's lowest mode (Jansen and van den Steen, J. Sound Vib.
+    179 (1995) 647): 0.126 and 0.173 here. The back-EMF alone is 1.66 N m s/rad, so k_p must be negative and
+    take most of it away.
+
+    Needs a drive whose gains can be set. Tuned by `python -m baselines.tune soft_torque` on training seeds.
+    """
+
+    tuned: ClassVar[dict[str, tuple[float, float]]] = {"proportional": (0.05, 0.6), "integral": (0.01, 0.5)}
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = {"state": {"proportional": 0.138, "integral": 0.0222}}
+
+    def __init__(
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: Rig | None = None,
+        slew_limit: float = 2.0,
+        proportional: float | None = None,
+        integral: float | None = None,
+    ) -> None:
+        super().__init__(sensors, rig, slew_limit)
+        values = self._given_or_tuned(proportional=proportional, integral=integral)
+        self.proportional = values["proportional"]
+        self.integral = values["integral"]
+        if not NOT_NEGATIVE.holds(self.proportional):
+            raise refuse("SoftTorque", "proportional", self.proportional, "N m s/rad", NOT_NEGATIVE)
+        if not POSITIVE.holds(self.integral):
+            raise refuse("SoftTorque", "integral", self.integral, "N m/rad", POSITIVE)
+
+    @property
+    def drive_gains(self) -> tuple[float, float]:
+        """The gains (k_p, k_i) that give the drive these two, V s/rad and V/rad."""
+        rig = self.rig
+        volts_per_torque = rig.R / (rig.eta * rig.K_T)
+        k_p = (self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque - rig.eta * rig.K_E
+        return k_p, self.integral * volts_per_torque
+
+    def desired_reference(
+        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        """The target itself: the drive does the rest."""
+        return seen["speed_target"]

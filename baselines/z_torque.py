@@ -1,0 +1,94 @@
+"""Z-torque: give way to the torque as a string that goes on for ever would, and nothing comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+from typing import ClassVar
+
+import numpy as np
+
+from baselines.baseline import Baseline
+from baselines.string_torque import (
+    MEMORY,
+    OSCILLATION_MEMORY,
+    TORQUE_SHOWN,
+    check_filters,
+    oscillation,
+    torque_deviation,
+)
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.friction import FloatArray
+from drillrig_env.rig import Rig
+
+_SQUARE = MEMORY + OSCILLATION_MEMORY  # column of memory: mean square amplitude of the torque's oscillation
+_LIFT_TIME = 5.0  # s, of that mean; about two cycles
+
+
+class ZTorque(Baseline):
+    """omega_ref = omega* - T / Z + a lift while it shakes, with T = T_s - LP(T_s); told nothing.
+
+    Impedance matching at the top (Dwars, SPE/IADC-173037, 2015): a torsional wave that comes up finds the
+    top giving way like more string, and is not sent back. `gain` is 1/Z, rad/s per N m; `time_constant`
+    that of the low-pass LP, s. Refinements, all from what is seen:
+
+    - T is followed at the string's lowest mode (`baselines.string_torque.oscillation` with `follow`) and
+      turned on by `lead` (s), back where it is negative: it sets the phase that the filters, the drive and
+      late sensors leave;
+    - `lift` (rad/s per N m) raises the speed with the running amplitude of T, as far as that is above what
+      calm rotation may show, `calm` of the target at the bit. The slew limit keeps the law from giving way
+      enough at a high load; at more speed the friction falls less, and once the torque is calm the lift
+      is gone.
+
+    A long LP keeps the reference off its target long after a step of the load: two seconds serve both.
+    Works from any sensors that show the torque's change. Tuned by `python -m baselines.tune z_torque
+    --sensors state` and `--sensors surface` on training seeds: noise forbids a gain that serves the state.
+    """
+
+    any_of = TORQUE_SHOWN
+    memory = _SQUARE + 1
+    tuned: ClassVar[dict[str, tuple[float, float]]] = {
+        "gain": (2.0, 12.0),
+        "time_constant": (1.0, 10.0),
+        "lead": (-0.15, 0.25),
+        "follow": (0.2, 1.0),
+        "lift": (0.0, 8.0),
+    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
+        "state": {"gain": 6.36, "time_constant": 1.89, "lead": -0.12, "follow": 0.35, "lift": 7.78},
+        "surface": {"gain": 4.38, "time_constant": 2.88, "lead": 0.0623, "follow": 0.422, "lift": 3.86},
+    }
+
+    def __init__(
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: Rig | None = None,
+        slew_limit: float = 2.0,
+        gain: float | None = None,
+        time_constant: float | None = None,
+        lead: float | None = None,
+        follow: float | None = None,
+        lift: float | None = None,
+        calm: float = 0.1,
+    ) -> None:
+        super().__init__(sensors, rig, slew_limit)
+        values = self._given_or_tuned(gain=gain, time_constant=time_constant, lead=lead, follow=follow, lift=lift)
+        self.gain = values["gain"]
+        self.time_constant = values["time_constant"]
+        self.lead = values["lead"]
+        self.follow = values["follow"]
+        self.lift = values["lift"]
+        self.calm = calm
+        check_filters("ZTorque", self.time_constant, self.follow)
+
+    def desired_reference(
+        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        """The target, less what the torque asks the top to give way, plus the lift."""
+        deviation = torque_deviation(self.rig, seen, memory[:, :MEMORY], self.time_constant)
+        z = oscillation(self.rig, deviation, memory[:, MEMORY:_SQUARE], self.follow)
+        ahead = z * np.exp(2j * pi * self.rig.string_frequencies[0] * self.lead)
+        memory[:, _SQUARE] += CONTROL_PERIOD / _LIFT_TIME * (np.abs(z) ** 2 - memory[:, _SQUARE])
+        calm = self.calm * self.rig.impedance * seen["speed_target"]
+        excess = np.maximum(np.sqrt(memory[:, _SQUARE]) - calm, 0.0)
+        return np.asarray(seen["speed_target"] - self.gain * ahead.real + self.lift * excess)
