@@ -66,6 +66,7 @@ class LQG(Baseline):
         "level": (0.005, 0.2),
         "fluctuation": (0.005, 0.5),
         "shaking": (0.1, 0.5),
+        "ease": (0.1, 1.0),
     }
     tuned_values: ClassVar[dict[str, dict[str, float]]] = {
         "state": {
@@ -75,6 +76,7 @@ class LQG(Baseline):
             "level": 0.05,
             "fluctuation": 0.4,
             "shaking": 0.48,
+            "ease": 0.2,
         },
         "surface": {
             "twisting": 30.0,
@@ -83,6 +85,7 @@ class LQG(Baseline):
             "level": 0.0126,
             "fluctuation": 0.0117,
             "shaking": 0.2,
+            "ease": 0.2,
         },
     }
 
@@ -97,9 +100,9 @@ class LQG(Baseline):
         level: float | None = None,
         fluctuation: float | None = None,
         shaking: float | None = None,
+        ease: float | None = None,
         forgotten: float = 6.0,
         rise: float = 2.0,
-        ease: float = 0.2,
         delay: int | None = None,
     ) -> None:
         super().__init__(sensors, rig, slew_limit)
@@ -110,8 +113,9 @@ class LQG(Baseline):
             level=level,
             fluctuation=fluctuation,
             shaking=shaking,
+            ease=ease,
         )
-        self.share, self.shaking, self.rise, self.ease = gains["share"], gains["shaking"], rise, ease
+        self.share, self.shaking, self.rise, self.ease = gains["share"], gains["shaking"], rise, gains["ease"]
         self.delay = self.sensors.delay if delay is None else delay
         if not 0 <= self.delay <= LONGEST_DELAY:
             raise refuse("LQG", "delay", self.delay, "control steps", f"0 to {LONGEST_DELAY}")

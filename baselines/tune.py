@@ -6,10 +6,11 @@ python -m baselines.tune z_torque --sensors state surface      # one set for bot
 python -m baselines.tune z_torque --suites default             # starts in stick-slip alone, no load steps
 
 The search is SciPy's differential evolution over the bounds in the class's `tuned`, with a fixed
-seed. A try is a run over draws of the suites `default` (free the rig) and `load` (keep it out) with
-seeds that no suite uses; its worth is the share mitigated less a tenth of the mean cost, the mean over
-suites and sensors. The values found, rounded, are run again on fresh training seeds, printed, and
-written to tuned.json: they are the class's `tuned_values`.
+seed; the values that the class has are among the first tries. A try is a run over draws of the suites
+`default` (free the rig) and `load` (keep it out) with seeds that no suite uses; its worth is the share
+mitigated less a tenth of the mean cost, the mean over suites and sensors. The values found, rounded,
+are run again on fresh training seeds, printed, and written to tuned.json: they are the class's
+`tuned_values`.
 """
 
 from __future__ import annotations
@@ -74,11 +75,13 @@ def search(
 ) -> dict[str, float]:
     """The best values of the class's `tuned` arguments in about `budget` tries, to three digits.
 
-    `progress` is called after each try with the best worth so far. `ValueError` for a controller
-    that is not known or has nothing to tune.
+    The search begins around `starting_point`. `progress` is called after each try with the best worth
+    so far. `ValueError` for a controller that is not known or has nothing to tune.
     """
     bounds = _tunable(controller).tuned
     low, high = zip(*bounds.values(), strict=True)
+    known = starting_point(controller, sensors)
+    start = np.clip([known[name] for name in bounds], low, high) if known else None
     best = -np.inf
 
     def loss(values: np.ndarray) -> float:
@@ -93,9 +96,14 @@ def search(
 
     generations = max(budget // (_POPULATION * len(bounds)) - 1, 0)
     result = differential_evolution(
-        loss, Bounds(low, high), maxiter=generations, popsize=_POPULATION, rng=seed, tol=0.0, polish=False
+        loss, Bounds(low, high), maxiter=generations, popsize=_POPULATION, rng=seed, tol=0.0, polish=False, x0=start
     )
     return {name: float(f"{value:.3g}") for name, value in zip(bounds, result.x, strict=True)}
+
+
+def starting_point(controller: str, sensors: Sequence[str]) -> dict[str, float]:
+    """The values that the class has for the first of these sensors; empty where it has none."""
+    return dict(_tunable(controller).tuned_values.get(sensors[0], {}))
 
 
 def _tunable(controller: str) -> type[Baseline]:
@@ -158,6 +166,7 @@ def main() -> None:
         "controller": arguments.controller,
         "sensors": arguments.sensors,
         "suites": arguments.suites,
+        "start": starting_point(arguments.controller, arguments.sensors),
         "values": values,
         "checked": checked,
         "rigs": arguments.rigs,

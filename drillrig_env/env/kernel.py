@@ -75,6 +75,7 @@ SETTINGS = np.dtype(
         ("variance_weight", "f8"),
         ("tracking_weight", "f8"),
         ("action_weight", "f8"),
+        ("deviation", "b1"),  # shape of the variance term
         ("absolute", "b1"),  # shape of the tracking term
         ("steps", "i8"),  # of an episode
         ("window_start", "i8"),  # step with which the last window begins
@@ -141,6 +142,7 @@ def _step(
         s.variance_weight,
         s.tracking_weight,
         s.action_weight,
+        s.deviation,
         s.absolute,
     )
     rig.terms[0], rig.terms[1], rig.terms[2] = variance, tracking, effort

@@ -4,13 +4,16 @@ With m and V the exponentially weighted mean and variance of the bit speed,
 
     reward = - w_V V / omega*^2 - w_m e^2 - w_a a^2,   e = (m - omega*) / omega*,
 
-or |e| in place of e^2. Calm rotation at the target scores 0. Variance alone would be won by standing
-still or by racing away; the second term stands against both.
+or |e| in place of e^2 and sqrt(V) / omega* in place of V / omega*^2. Squares are nearly flat where the
+scores decide (5 % off the target, a swing of 10 %); absolute values are not. Calm rotation at the target
+scores 0. Variance alone would be won by standing still or by racing away; the second term stands
+against both.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import Literal
 
 from drillrig_env.compiled import inlined
@@ -27,7 +30,8 @@ class Reward:
     variance: float = 1.0  # w_V
     tracking: float = 1.0  # w_m
     action: float = 0.01  # w_a
-    tracking_shape: Literal["square", "absolute"] = "square"
+    variance_shape: Literal["square", "absolute"] = "square"  # V, or the standard deviation
+    tracking_shape: Literal["square", "absolute"] = "square"  # e^2, or |e|
     time_constant: float = 2.5  # s, of the running mean and variance: about one stick-slip period
 
     def __post_init__(self) -> None:
@@ -36,8 +40,9 @@ class Reward:
                 raise refuse("Reward", name, getattr(self, name), "", NOT_NEGATIVE)
         if not POSITIVE.holds(self.time_constant):
             raise refuse("Reward", "time_constant", self.time_constant, "s", POSITIVE)
-        if self.tracking_shape not in ("square", "absolute"):
-            raise refuse("Reward", "tracking_shape", repr(self.tracking_shape), "", "'square' or 'absolute'")
+        for name in ("variance_shape", "tracking_shape"):
+            if getattr(self, name) not in ("square", "absolute"):
+                raise refuse("Reward", name, repr(getattr(self, name)), "", "'square' or 'absolute'")
 
 
 @inlined
@@ -57,13 +62,15 @@ def reward_terms(
     variance_weight: float,
     tracking_weight: float,
     action_weight: float,
+    deviation: bool,
     absolute: bool,
 ) -> tuple[float, float, float]:
-    """The three terms of the reward, each zero or negative."""
+    """The three terms of the reward, each zero or negative; with the standard `deviation`, the `absolute` error."""
     error = (mean - target) / target
+    swing = variance / (target * target)
     tracking = abs(error) if absolute else error * error
     return (
-        -variance_weight * variance / (target * target),
+        -variance_weight * (sqrt(swing) if deviation else swing),
         -tracking_weight * tracking,
         -action_weight * action * action,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -44,7 +44,7 @@ def _check_range(name: str, bounds: tuple[float, float], unit: str, allowed: All
 
 @dataclass(frozen=True)
 class Scenario:
-    """The distribution of episodes. Every range is drawn uniformly; `Scenario.named` has the presets.
+    """The distribution of episodes. Ranges are drawn uniformly; `Scenario.named` has the presets.
 
     The friction coefficients are those of `friction`, each times a factor of its own drawn within
     1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load step sets N_1 to a new draw at a uniform time.
@@ -52,6 +52,7 @@ class Scenario:
     """
 
     speed_target: tuple[float, float] = (1.0, 5.0)  # rad/s, drawn
+    slower: float = 1.0  # power of the uniform number behind the target: above 1, slow targets are more frequent
     normal_force: tuple[float, float] = (5.0, 30.0)  # N, drawn
     spread: float = 0.2  # of mu_s, mu_k and v_b, drawn
     stick_slip: float = 0.7  # share of episodes that start in developed stick-slip
@@ -74,14 +75,25 @@ class Scenario:
         ):
             if not allowed.holds(getattr(self, name)):
                 raise refuse("Scenario", name, getattr(self, name), "", allowed)
+        if not POSITIVE.holds(self.slower):
+            raise refuse("Scenario", "slower", self.slower, "", POSITIVE)
         if not _SHARES.holds(self.stick_slip) or self.stick_slip + self.steady > 1.0 + 1e-12:
             raise refuse("Scenario", "stick_slip", self.stick_slip, "", "0 to 1, and with `steady` at most 1")
 
     @classmethod
-    def named(cls, scenario: str | Scenario) -> Scenario:
-        """A preset by name ("nominal", "default", "wide"), or the scenario itself."""
+    def named(cls, scenario: str | Mapping[str, Any] | Scenario) -> Scenario:
+        """A preset by name ("nominal", "default", "wide"), one of one's own from its fields, or the scenario itself.
+
+        `ValueError` for an unknown name or field.
+        """
         if isinstance(scenario, Scenario):
             return scenario
+        if isinstance(scenario, Mapping):
+            known = [item.name for item in fields(cls)]
+            for name in scenario:
+                if name not in known:
+                    raise ValueError(f"scenario: unknown field {name!r}; {closest(name, known)}")
+            return cls(**scenario)
         if scenario not in PRESETS:
             raise ValueError(f"scenario = {scenario!r} is not known; {closest(scenario, PRESETS)}, or a Scenario(...)")
         return PRESETS[scenario]
@@ -96,7 +108,7 @@ class Scenario:
         table = self.friction.as_array(1)[0]
         factors = 1.0 + self.spread * (2.0 * u[2:5] - 1.0)
         drawn = {
-            "speed_target": _between(self.speed_target, u[0]),
+            "speed_target": _between(self.speed_target, u[0] ** self.slower),
             "normal_force": _between(self.normal_force, u[1]),
             "mu_s": table[1] * factors[0],
             "mu_k": table[2] * factors[1],

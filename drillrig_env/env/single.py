@@ -93,7 +93,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         reward = - V / w*^2 - ((m - w*) / w*)^2 - 0.01 a^2.
 
     Calm rotation at the target scores 0, doing nothing in stick-slip about -0.6 a step. Weights, time
-    constant and the shape of the second term are fields of `Reward`.
+    constant and the shapes of the first two terms are fields of `Reward`.
 
     ## Starting State
     Drawn from the scenario, by default: the target from 1 to 5 rad/s; the normal force N_1 from 5 to
@@ -120,7 +120,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | Name | Default | Meaning |
     |---|---|---|
     | `rig` | `Rig()` | the rig; default the chapter's |
-    | `scenario` | `"default"` | `"nominal"` (the chapter's friction at 10 N), `"default"`, `"wide"`, or a `Scenario` |
+    | `scenario` | `"default"` | `"nominal"` (10 N), `"default"`, `"wide"`, a `Scenario`, or a dictionary of its fields |
     | `sensors` | by id | `"state"`, `"encoders"`, `"surface"`, or names of channels |
     | `noise` | by sensors | 0 for none, 1 for the standard noise, or deviations by channel |
     | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
@@ -144,7 +144,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     def __init__(
         self,
         rig: Rig | None = None,
-        scenario: str | Scenario = "default",
+        scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,

@@ -37,7 +37,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         self,
         num_envs: int = 1,
         rig: Rig | None = None,
-        scenario: str | Scenario = "default",
+        scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
         slew_limit: float = 2.0,

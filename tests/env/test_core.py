@@ -72,7 +72,8 @@ def test_load_step_takes_effect_at_the_first_control_step_from_its_time_on():
 
 @pytest.mark.parametrize("shape", ["square", "absolute"])
 def test_reward_follows_its_formula(shape):
-    reward = Reward(variance=2.0, tracking=3.0, action=0.5, tracking_shape=shape, time_constant=1.0)
+    shapes = {"tracking_shape": shape, "variance_shape": shape}
+    reward = Reward(variance=2.0, tracking=3.0, action=0.5, time_constant=1.0, **shapes)
     core = begin({"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}, reward=reward)
     start = core.rigs[0].copy()
     rows = run(core, 30, action=0.4)
@@ -89,7 +90,8 @@ def test_reward_follows_its_formula(shape):
         mean, variance = (1 - gain) * mean + gain * speed, (1 - gain) * (variance + gain * (speed - mean) ** 2)
     error = (mean - 2.0) / 2.0
     tracking = error**2 if shape == "square" else abs(error)
-    expected = [-2.0 * variance / 4.0, -3.0 * tracking, -0.5 * 0.16]
+    swing = variance / 4.0 if shape == "square" else np.sqrt(variance) / 2.0
+    expected = [-2.0 * swing, -3.0 * tracking, -0.5 * 0.16]
     np.testing.assert_allclose(rows["terms"][-1], expected, rtol=1e-5)
     assert rows["reward"][-1] == pytest.approx(sum(expected), rel=1e-5)
 
@@ -122,5 +124,6 @@ def test_impossible_arguments_are_refused():
     ):
         with pytest.raises(ValueError, match=word):
             RigBatch(**arguments)
-    with pytest.raises(ValueError, match="tracking_shape"):
-        Reward(tracking_shape="cubic")
+    for name in ("tracking_shape", "variance_shape"):
+        with pytest.raises(ValueError, match=name):
+            Reward(**{name: "cubic"})
