@@ -8,7 +8,8 @@ omega_ref, variation of constants is exact:
 
 T_r1 over a step is the polynomial through its values at four Radau nodes. Every integral is then a
 constant table, computed once for a rig and a step length from augmented matrix exponentials, and
-the stiff motor costs nothing. `drillrig_env.propagator` takes the steps.
+the stiff motor costs nothing. `drillrig_env.collocation` solves a step, `drillrig_env.kinks` leads it
+across the kinks of the friction law, and `drillrig_env.propagator` chooses the steps.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ def _radau_nodes(count: int) -> FloatArray:
 
 
 RADAU_NODES = _radau_nodes(NODES)
-START_FROM_NODES = np.linalg.inv(np.vander(RADAU_NODES, increasing=True))[0]
-"""Weights that extrapolate the cubic through the node values to the start of the step."""
+POWERS_FROM_NODES = np.linalg.inv(np.vander(RADAU_NODES, increasing=True))
+"""Coefficients of 1, s, s^2, s^3 of the cubic through the node values, over a step of length 1."""
 
 RUNG = np.dtype(
     [
@@ -60,9 +61,13 @@ RUNG = np.dtype(
         ("node_from_torque", "f8", (NODES, NODES)),
         ("state_from_state", "f8", (7, STATE)),
         ("state_from_torque", "f8", (NODES, STATE)),
+        ("rate_from_state", "f8", (7, STATE)),
+        ("rate_from_torque", "f8", STATE),
     ],
     align=True,
 )
+"""Tables of one step length. A rate is a change a step, so that time runs from 0 to 1 within one."""
+
 SAMPLING = np.dtype(
     [
         ("speed_from_state", "f8", (7, SAMPLES)),
@@ -105,6 +110,8 @@ def ladder(rig: Rig, period: float) -> Ladder:
         rungs[r]["node_from_torque"] = from_torque[:, 2, :]
         rungs[r]["state_from_state"][:, :7] = from_state[-1].T
         rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T
+        rungs[r]["rate_from_state"][:, :7] = jacobian(rig).T * step
+        rungs[r]["rate_from_torque"][:7] = friction_input(rig) * step
         if r < SAMPLED_RUNGS:
             count = SAMPLES >> r
             from_state, from_torque = _variation_of_constants(rig, step, np.arange(1, count + 1) / count)
@@ -133,4 +140,4 @@ def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[F
     augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
     exponentials = expm(augmented * times[:, None, None])
     powers = exponentials[:, :7, 7:] * [factorial(k) for k in range(NODES)]
-    return exponentials[:, :7, :7], powers @ np.linalg.inv(np.vander(RADAU_NODES, increasing=True))
+    return exponentials[:, :7, :7], powers @ POWERS_FROM_NODES
