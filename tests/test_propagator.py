@@ -4,18 +4,22 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate, simulate_batch
-from drillrig_env.ladder import LONGEST_PERIOD, ladder
+from drillrig_env.batch import advance_batch
+from drillrig_env.collocation import WORKSPACE
+from drillrig_env.kinks import _land, _split
+from drillrig_env.ladder import LONGEST_PERIOD, RADAU_NODES, STATE, ladder
+from drillrig_env.model import jacobian
 from tests.reference import CASES, arguments, solve, stored
 
 REFERENCE = stored()
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case[0]:g}N-{case[1]:g}")
-@pytest.mark.parametrize("sample_period", [LONGEST_PERIOD, 0.01])
-def test_error_of_every_speed_stays_below_a_millionth(case, sample_period):
+@pytest.mark.parametrize(("sample_period", "allowed"), [(LONGEST_PERIOD, 1e-6), (0.01, 1e-8)])
+def test_error_of_every_speed_stays_below_a_millionth(case, sample_period, allowed):
     run = simulate(sample_period=sample_period, **arguments(*case))
     every = round(0.1 / sample_period)
-    assert np.abs(run.state[::every, 2:5] - REFERENCE[case]).max() <= 1e-6
+    assert np.abs(run.state[::every, 2:5] - REFERENCE[case]).max() <= allowed
 
 
 def test_published_values_of_a_stick_slip_run():
@@ -53,6 +57,56 @@ def test_batch_is_bit_for_bit_its_rigs_one_at_a_time(threads):
     for rig in range(0, 200, 7):
         alone = simulate(None, one(friction, rig), states[rig], float(references[rig]), 5.0, sample_period=0.1)
         np.testing.assert_array_equal(batch[rig], alone.state)
+
+
+@pytest.mark.parametrize(
+    ("heaviest", "highest_reference", "omega_s"),
+    [(2, 10, 1e-3), (40, 0.5, 1e-3), (40, 0, 1e-3), (40, 5, 0.1), (40, 5, 1e-5), (400, 5, 1e-3)],
+)
+def test_long_steps_agree_with_short_ones(heaviest, highest_reference, omega_s):
+    """Light loads have no fast settling to split off, wide stick zones much sliding, narrow ones jumps."""
+    rng = np.random.default_rng(5)
+    friction, states, references = Friction(rng.uniform(0, heaviest, 40)), random_batch(40)[1], rng.uniform(size=40)
+    runs = [
+        advance_batch(
+            Rig(omega_s=omega_s), friction, states, highest_reference * references, period=period, periods=periods
+        )[:, -1, 2:5]
+        for period, periods in ((0.1, 40), (0.01, 400))
+    ]
+    np.testing.assert_allclose(*runs, atol=1e-5)
+
+
+def test_fast_settling_is_a_mode_of_the_stick_zone():
+    rig, sigma = Rig(), 20.0 * Rig().r_1 * 0.5 / 1e-3
+    table, work = ladder(rig, 0.1).rungs[4], np.zeros(1, WORKSPACE)[0]
+    state = np.array([-0.4, -1.3, 1e-3, 0.1, 0.2, 0.3, 0.4, 0.0])
+    y = state.copy()
+    amplitude, rate = _split(y, 0.0, sigma, table, work)
+    M = jacobian(rig, sigma)
+    values, vectors = np.linalg.eig(M)
+    fastest = np.argmin(values.real)
+    assert rate == pytest.approx(values[fastest].real * 0.1 / 16, rel=1e-12)
+    np.testing.assert_allclose(work["fast"][:7], (vectors[:, fastest] / vectors[2, fastest]).real, atol=1e-9)
+    np.testing.assert_allclose(y + amplitude * work["fast"], state, atol=1e-15)
+    assert (np.linalg.inv(vectors) @ y[:7])[fastest] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_light_bit_has_no_fast_settling():
+    y = np.full(STATE, 0.1)
+    assert _split(y, 0.0, 2.0, ladder(Rig(), 0.1).rungs[4], np.zeros(1, WORKSPACE)[0]) == (0.0, 0.0)
+    np.testing.assert_array_equal(y, 0.1)
+
+
+def test_landing_inside_a_step_is_exact():
+    """The state half-way through a step is that of a step of half the length with the same torque."""
+    whole, half = ladder(Rig(), 0.1).rungs[4:6]
+    work, start = np.zeros(1, WORKSPACE)[0], np.array([-0.4, -1.3, 2.0, 1.0, 3.0, 0.3, 0.4, 0.0])
+    work["torque"] = RADAU_NODES**3 - 0.2 * RADAU_NODES + 0.3
+    y = start.copy()
+    _land(y, whole, work, 0.5)
+    torque = (0.5 * RADAU_NODES) ** 3 - 0.1 * RADAU_NODES + 0.3
+    expected = start[:7] @ half["state_from_state"] + torque @ half["state_from_torque"]
+    np.testing.assert_allclose(y, expected, atol=1e-12)
 
 
 def test_order_of_rigs_does_not_matter():
