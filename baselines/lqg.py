@@ -70,22 +70,22 @@ class LQG(Baseline):
     }
     tuned_values: ClassVar[dict[str, dict[str, float]]] = {
         "state": {
-            "twisting": 7.7,
-            "effort": 28.0,
-            "share": 1.0,
-            "level": 0.05,
-            "fluctuation": 0.4,
-            "shaking": 0.48,
-            "ease": 0.2,
+            "twisting": 6.85,
+            "effort": 56.6,
+            "share": 1.76,
+            "level": 0.097,
+            "fluctuation": 0.0439,
+            "shaking": 0.38,
+            "ease": 0.952,
         },
         "surface": {
-            "twisting": 30.0,
-            "effort": 1.0,
-            "share": 0.32,
-            "level": 0.0126,
-            "fluctuation": 0.0117,
-            "shaking": 0.2,
-            "ease": 0.2,
+            "twisting": 28.4,
+            "effort": 32.9,
+            "share": 0.356,
+            "level": 0.0139,
+            "fluctuation": 0.0126,
+            "shaking": 0.172,
+            "ease": 0.469,
         },
     }
 

@@ -120,7 +120,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | Name | Default | Meaning |
     |---|---|---|
     | `rig` | `Rig()` | the rig; default the chapter's |
-    | `scenario` | `"default"` | `"nominal"` (10 N), `"default"`, `"wide"`, a `Scenario`, or a dictionary of its fields |
+    | `scenario` | `"default"` | `"nominal"` (10 N), `"default"`, `"wide"`, a `Scenario` or a dictionary of its fields |
     | `sensors` | by id | `"state"`, `"encoders"`, `"surface"`, or names of channels |
     | `noise` | by sensors | 0 for none, 1 for the standard noise, or deviations by channel |
     | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
