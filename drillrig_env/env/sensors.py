@@ -74,7 +74,7 @@ CHANNELS = (
     Channel("top_speed", "rad/s", "target", 2.0, 0.02, "speed of the motor's output"),
     Channel("current", "A", 1.3, 0.5, 0.02, "armature current"),
     Channel("speed_error_integral", "rad", 2.1, 1.0, 0.0, "integral of speed reference less top speed"),
-    Channel("speed_reference", "rad/s", "target", 2.0, 0.0, "speed reference omega_ref", measured=False),
+    Channel("speed_reference", "rad/s", "target", 1.0, 0.0, "speed reference omega_ref", measured=False),
     Channel("speed_target", "rad/s", 3.0, 2.0, 0.0, "what the operator wants, omega*", measured=False),
     Channel("bit_speed_mean", "rad/s", "target", 1.0, 0.01, "running mean of the bit speed"),
     Channel("bit_speed_deviation", "rad/s", 1.0, 1.0, 0.01, "running standard deviation of the bit speed"),
@@ -207,7 +207,7 @@ def observation_table(sensors: str | Sequence[str] = "state") -> str:
     | 0 | `bit_speed`, speed of disc 1, the bit | rad/s | target | 2.0 | 0 |
     | 1 | `collar_speed`, speed of disc 2, the collars | rad/s | target | 2.0 | 0 |
     | 2 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 | 0 |
-    | 3 | `speed_reference`, speed reference omega_ref | rad/s | target | 2.0 | 0 |
+    | 3 | `speed_reference`, speed reference omega_ref | rad/s | target | 1.0 | 0 |
     | 4 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
     """
     chosen = Sensors.named(sensors)

@@ -61,7 +61,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | 4 | `top_speed`, speed of the motor's output | rad/s | target | 2.0 | 0 |
     | 5 | `current`, armature current | A | 1.3 | 0.5 | 0 |
     | 6 | `speed_error_integral`, integral of speed reference less top speed | rad | 2.1 | 1.0 | 0 |
-    | 7 | `speed_reference`, speed reference omega_ref | rad/s | target | 2.0 | 0 |
+    | 7 | `speed_reference`, speed reference omega_ref | rad/s | target | 1.0 | 0 |
     | 8 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
     | 9 | `bit_speed_mean`, running mean of the bit speed | rad/s | target | 1.0 | 0 |
     | 10 | `bit_speed_deviation`, running standard deviation of the bit speed | rad/s | 1.0 | 1.0 | 0 |
@@ -78,7 +78,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | 3 | `string_torque`, torque into the string, as the drive estimates it | N m | 0.3 | 0.3 | 0.02 |
     | 4 | `string_torque_mean`, running mean of the torque into the string | N m | 0.3 | 0.2 | 0.002 |
     | 5 | `string_torque_deviation`, running deviation of that torque | N m | 0.2 | 0.2 | 0.002 |
-    | 6 | `speed_reference`, speed reference omega_ref | rad/s | target | 2.0 | 0 |
+    | 6 | `speed_reference`, speed reference omega_ref | rad/s | target | 1.0 | 0 |
     | 7 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
 
     `sensors="encoders"` are the three speeds of the laboratory rig, reference and target; a tuple of channel
