@@ -10,12 +10,10 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo test slow lint figures benchmark clean
+.PHONY: demo test slow lint figures results benchmark clean
 
-demo: $(READY)  ## Train a PPO agent briefly, then compare it with the baselines on 1,000 random rigs
-	rm -rf $(DEMO)
-	$(BIN)/python train.py ppo --run-folder $(DEMO)/ppo
-	$(BIN)/python eval.py constant jump_ease jump_ease_estimated $(DEMO)/ppo --output $(DEMO)
+demo: $(READY)  ## The trained agents and the whole field on 1,000 random rigs
+	$(BIN)/python eval.py --suite default --output $(DEMO)
 
 test: $(READY) lint  ## Linters, type checker and the fast tests
 	$(BIN)/python -m pytest -n 2
@@ -30,6 +28,11 @@ lint: $(READY)
 
 figures: $(READY)  ## The chapter's figures and the bistable region, from the project's own code
 	$(BIN)/python -m drillrig_env.figures
+
+results: $(READY)  ## Every policy on every suite, and the page of results; about half an hour
+	$(BIN)/python eval.py --slow --output results/state --reference soft_torque --no-pictures
+	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures
+	$(BIN)/python -m drillrig_env.evaluation.page results/state results/surface
 
 benchmark: $(READY)  ## Speed and accuracy against other solvers and environments
 	$(BIN)/python -m benchmarks.solvers

@@ -9,8 +9,8 @@ python eval.py --from results                         # the tables and pictures 
 
 A policy is a baseline by name, the folder of a training run (or a trained agent that comes with the
 package, by name), a folder of several runs of one algorithm (its training seeds, pooled), or
-FILE.py:CLASS. Without names, every baseline competes that can work with the environment's sensors,
-slow ones excepted. A policy that fails is reported, and the others go on. Policies run one after
+FILE.py:CLASS. Without names, every baseline and trained agent competes that can work with the
+environment's sensors, slow ones excepted. A policy that fails is reported, and the others go on. Policies run one after
 another: the rigs of a suite already share all cores.
 """
 
@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         suites = [suite(name, chosen.rigs) for name in SUITES if name in chosen.suite]
     except ValueError as error:
         parser.error(str(error))
-    contestants, failures = find_field(chosen.policies, chosen.env)
+    contestants, failures = find_field(chosen.policies, chosen.env, chosen.slow)
     _print(failures)
     names = [contestant.name for contestant in contestants]
     reference = chosen.reference or next(iter(names), "")
@@ -129,6 +129,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("policies", nargs="*", help=f"who competes; baselines: {', '.join(baselines.BASELINES)}")
     parser.add_argument("--env", choices=list(drillrig_env.ENVIRONMENTS), default="DrillRig-v0", help="whose sensors")
+    parser.add_argument("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
     parser.add_argument("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
     parser.add_argument("--rigs", type=int, default=1000, help="random rigs of a suite that is drawn (default: 1000)")
     parser.add_argument(

@@ -23,17 +23,17 @@ from drillrig_env.parameters import closest
 
 
 def find_field(
-    names: Sequence[str], env_id: str, say: Callable[[str], object] = print
+    names: Sequence[str], env_id: str, slow: bool = False, say: Callable[[str], object] = print
 ) -> tuple[list[Contestant], list[Failure]]:
     """The contestants of these names, or all that suit the environment, and who cannot compete.
 
     Without names these are the baselines and the agents that come with the package. One that does not
-    suit is then left out, and `say` is called with a line that says why.
+    suit, or that is slow while `slow` is false, is then left out; `say` is called with a line that says why.
     """
     contestants, failures = [], []
     for name in names or [*baselines.BASELINES, *shipped()]:
-        if not names and name in baselines.BASELINES and baselines.BASELINES[name].slow:
-            say(f"{name} is left out: it is slow; name it to have it run")
+        if not (names or slow) and name in baselines.BASELINES and baselines.BASELINES[name].slow:
+            say(f"{name} is left out: it is slow; --slow lets it in")
             continue
         try:
             contestants.append(find_contestant(name, env_id, _label(name, names)))

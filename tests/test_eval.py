@@ -7,6 +7,7 @@ import pytest
 import baselines
 import eval as command
 from agents.contestants import find_contestant, find_field
+from agents.run_folder import shipped
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.evaluation.results import read
 from drillrig_env.evaluation.runner import run
@@ -77,12 +78,14 @@ def test_failures_are_named_the_others_kept_and_the_status_says_so(controller, t
 
 def test_baselines_that_nobody_named_are_left_out_with_a_reason():
     said = []
-    field, failures = find_field([], "DrillRigSurface-v0", said.append)
+    field, failures = find_field([], "DrillRigSurface-v0", say=said.append)
     assert not failures
-    assert len(field) + len(said) == len(baselines.BASELINES)
+    assert len(field) + len(said) == len(baselines.BASELINES) + len(shipped())
     assert any("jump_ease_estimated is left out" in line and "bit_speed" in line for line in said)
     slow = [name for name, policy in baselines.BASELINES.items() if policy.slow]
     assert all(name not in [one.name for one in field] for name in slow)
+    everyone, _ = find_field([], "DrillRig-v0", slow=True, say=said.append)
+    assert set(slow) <= {one.name for one in everyone}
 
 
 def test_resume_goes_on_where_it_was_cut(tmp_path, monkeypatch, capsys):
