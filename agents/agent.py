@@ -40,9 +40,9 @@ class Agent:
         return Sensors.named(self.environment["sensors"])
 
     @property
-    def drive_gains(self) -> tuple[float, float] | None:
+    def drive_gains(self) -> tuple[float, ...] | None:
         """The gains (k_p, k_i) of the drive that the agent was trained on; None for the rig's own."""
-        gains: tuple[float, float] | None = self.environment.get("drive_gains")
+        gains: tuple[float, ...] | None = self.environment.get("drive_gains")
         return gains
 
     def at_slew_limit(self, slew_limit: float) -> Agent:

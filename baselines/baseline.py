@@ -76,7 +76,7 @@ class Baseline(ABC):
         return {name: found[name] if value is None else value for name, value in given.items()}
 
     @property
-    def drive_gains(self) -> tuple[float, float] | None:
+    def drive_gains(self) -> tuple[float, ...] | None:
         """Gains (k_p, k_i) of the drive's speed loop that the policy asks for; None leaves the rig's own."""
         return None
 

@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
+import numpy as np
+
 from baselines.baseline import Baseline
 from drillrig_env.friction import FloatArray
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
+from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 
 
@@ -19,11 +21,10 @@ class SoftTorque(Baseline):
     """omega_ref = omega*, and a drive whose gains make it a damper of the string's impedance; told nothing.
 
     Slower than the armature, the drive puts the torque K_p (omega_ref - x_5) + K_i x_7 into the shaft, with
-    K_p = eta K_T k_p / R + eta^2 K_T K_E / R + eta^2 C_m (N m s/rad) and K_i = eta K_T k_i / R (N m/rad).
-    `proportional` and `integral` are these two. Matching says K_p of the order of the string's impedance Z
-    and K_i = (2 pi f)^2 J_3 with f the string's lowest mode (Jansen and van den Steen, J. Sound Vib.
-    179 (1995) 647): 0.126 and 0.173 here. The back-EMF alone is 1.66 N m s/rad, so k_p must be negative and
-    take most of it away.
+    K_p = eta K_T k_p / R + eta^2 C_m (N m s/rad) and K_i = eta K_T k_i / R (N m/rad), once it makes up for
+    the back-EMF, which alone would be 1.66 N m s/rad. `proportional` and `integral` are these two. Matching
+    says K_p of the order of the string's impedance Z and K_i = (2 pi f)^2 J_3 with f the string's lowest
+    mode (Jansen and van den Steen, J. Sound Vib. 179 (1995) 647): 0.126 and 0.173 here.
 
     Needs a drive whose gains can be set. Tuned by `python -m baselines.tune soft_torque` on training seeds.
     """
@@ -43,18 +44,20 @@ class SoftTorque(Baseline):
         values = self._given_or_tuned(proportional=proportional, integral=integral)
         self.proportional = values["proportional"]
         self.integral = values["integral"]
-        if not NOT_NEGATIVE.holds(self.proportional):
-            raise refuse("SoftTorque", "proportional", self.proportional, "N m s/rad", NOT_NEGATIVE)
+        least = self.rig.eta**2 * self.rig.C_m
+        if not (np.isfinite(self.proportional) and self.proportional >= least):
+            raise refuse(
+                "SoftTorque", "proportional", self.proportional, "N m s/rad", f">= {least:.3g}, the motor's own"
+            )
         if not POSITIVE.holds(self.integral):
             raise refuse("SoftTorque", "integral", self.integral, "N m/rad", POSITIVE)
 
     @property
-    def drive_gains(self) -> tuple[float, float]:
-        """The gains (k_p, k_i) that give the drive these two, V s/rad and V/rad."""
+    def drive_gains(self) -> tuple[float, float, float]:
+        """The drive that has these two: k_p (V s/rad), k_i (V/rad), and all of the back-EMF made up for."""
         rig = self.rig
         volts_per_torque = rig.R / (rig.eta * rig.K_T)
-        k_p = (self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque - rig.eta * rig.K_E
-        return k_p, self.integral * volts_per_torque
+        return (self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque, self.integral * volts_per_torque, 1.0
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray

@@ -18,7 +18,6 @@ import numpy as np
 from drillrig_env.parameters import (
     NOT_NEGATIVE,
     POSITIVE,
-    Allowed,
     check_fields,
     describe,
     parameter,
@@ -56,8 +55,7 @@ class Rig:
         1.784e-4, "N m s/rad", "speed regulation (viscous loss) of the motor", _IDENTIFIED, NOT_NEGATIVE
     )
     T_f: float = parameter(0.1196, "N m", "internal friction torque of the motor", _IDENTIFIED, NOT_NEGATIVE)
-    # A negative k_p is a soft drive's: it takes away part of the stiffness that the back-EMF gives.
-    k_p: float = parameter(3.0, "V s/rad", "proportional gain of the speed loop", _IDENTIFIED, Allowed())
+    k_p: float = parameter(3.0, "V s/rad", "proportional gain of the speed loop", _IDENTIFIED, NOT_NEGATIVE)
     k_i: float = parameter(1.0, "V/rad", "integral gain of the speed loop", _IDENTIFIED, POSITIVE)
 
     def __post_init__(self) -> None:

@@ -47,7 +47,7 @@ class RigBatch:
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive_gains: tuple[float, float] | None = None,
+        drive_gains: Sequence[float] | None = None,
     ) -> None:
         if num_rigs < 1:
             raise refuse("DrillRig", "number of rigs", num_rigs, "", ">= 1")
@@ -80,6 +80,7 @@ class RigBatch:
             slew_limit * CONTROL_PERIOD,
             self.drive.k_p,
             self.drive.k_i,
+            self.rig.eta * (self.rig.K_E - self.drive.K_E),
             1.0 - exp(-CONTROL_PERIOD / SAMPLES / self.reward.time_constant),
             1.0 - exp(-CONTROL_PERIOD / TORQUE_MEAN_TIME),
             1.0 - exp(-CONTROL_PERIOD / TORQUE_DEVIATION_TIME),
@@ -210,7 +211,8 @@ class RigBatch:
         error = fresh["speed_reference"] - state[:, 4]
         fresh["voltage"] = rig.k_p * error + rig.k_i * state[:, 6]
         if drive is not rig:
-            state[:, 6] = (fresh["voltage"] - drive.k_p * error) / drive.k_i
+            added = rig.eta * (rig.K_E - drive.K_E) * state[:, 4]
+            state[:, 6] = (fresh["voltage"] - added - drive.k_p * error) / drive.k_i
 
     def _settle(self, fresh: np.ndarray, indices: npt.NDArray[np.intp], phase: FloatArray) -> None:
         """Put the rigs at `indices`, now in steady rotation, onto their stick-slip cycle where they have one."""
@@ -239,10 +241,17 @@ def check_delay(delay: int | tuple[int, int]) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def with_drive_gains(rig: Rig, drive_gains: tuple[float, float]) -> Rig:
-    """The rig with other gains (k_p, k_i) of the drive's speed loop; k_i > 0. `ValueError` where it is not."""
+def with_drive_gains(rig: Rig, drive_gains: Sequence[float]) -> Rig:
+    """The rig as a drive with other gains makes it: (k_p, k_i), or (k_p, k_i, share of the back-EMF it makes up for).
+
+    A drive that adds eta K_E x_5 to its voltage leaves the motor as if it had no back-EMF, and so without
+    the stiffness that comes from it. `ValueError` for k_p < 0, k_i <= 0 or a share outside 0 to 1.
+    """
     try:
-        k_p, k_i = (float(gain) for gain in drive_gains)
+        k_p, k_i, share = (float(gain) for gain in (*drive_gains, 0.0)[:3])
     except (TypeError, ValueError) as error:
-        raise refuse("DrillRig", "drive_gains", drive_gains, "", "(k_p in V s/rad, k_i in V/rad)") from error
-    return replace(rig, k_p=k_p, k_i=k_i)
+        allowed = "(k_p in V s/rad, k_i in V/rad), and the share of the back-EMF that the drive makes up for"
+        raise refuse("DrillRig", "drive_gains", drive_gains, "", allowed) from error
+    if not 0.0 <= share <= 1.0:
+        raise refuse("DrillRig", "drive_gains: share of the back-EMF", share, "", "0 to 1")
+    return replace(rig, k_p=k_p, k_i=k_i, K_E=(1.0 - share) * rig.K_E)

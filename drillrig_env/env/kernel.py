@@ -69,6 +69,7 @@ SETTINGS = np.dtype(
         ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
         ("k_p", "f8"),  # of the drive's speed loop in the episode
         ("k_i", "f8"),
+        ("made_up", "f8"),  # back-EMF that the drive makes up for, V s/rad of the top speed
         ("gain", "f8"),  # of the running statistics of the bit speed, a sample
         ("torque_mean_gain", "f8"),  # of those of the torque, a control step
         ("torque_variance_gain", "f8"),
@@ -185,7 +186,7 @@ def _hold(rig: Record, s: Record, rungs: Records, sampling: Records, shift: Floa
     deviation = rig.drive_torque - rig.torque_mean
     rig.torque_mean += s.torque_mean_gain * deviation
     rig.torque_variance += s.torque_variance_gain * (deviation * deviation - rig.torque_variance)
-    rig.voltage = s.k_p * (reference - y[4]) + s.k_i * y[6]
+    rig.voltage = s.k_p * (reference - y[4]) + s.k_i * y[6] + s.made_up * y[4]
 
 
 @inlined

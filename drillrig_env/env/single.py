@@ -126,7 +126,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
     | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
     | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
-    | `drive_gains` | the rig's | (k_p, k_i) of the drive in the episode; starts are the rig's own, without a jump |
+    | `drive_gains` | the rig's | (k_p, k_i), or with the share of the back-EMF that the drive makes up for |
     | `duration` | `60.0` | length of an episode, s |
     | `render_mode` | `None` | `"rgb_array"` or `"human"`, a window; both need the extra `render` |
 
@@ -153,7 +153,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive_gains: tuple[float, float] | None = None,
+        drive_gains: Sequence[float] | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             allowed = ", ".join(self.metadata["render_modes"])

@@ -48,7 +48,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive_gains: tuple[float, float] | None = None,
+        drive_gains: Sequence[float] | None = None,
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")

@@ -1,0 +1,35 @@
+"""Five tiny training seeds, and the agent that is shipped from them."""
+
+import pytest
+
+from agents.ship import ship
+from agents.training import Training, train
+
+TINY = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
+
+
+@pytest.fixture(scope="package")
+def five_seeds(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "ppo"
+    for seed in range(5):
+        train(
+            Training(
+                seed=seed,
+                n_timesteps=256,
+                hyperparams=TINY,
+                eval_freq=128,
+                eval_episodes=3,
+                run_folder=folder / f"seed_{seed}",
+                tensorboard=False,
+                progress=False,
+            )
+        )
+    return folder
+
+
+@pytest.fixture(scope="package")
+def trained(five_seeds, tmp_path_factory):
+    """A folder as agents/trained, with one shipped agent in it: `ppo`."""
+    folder = tmp_path_factory.mktemp("shipped")
+    ship(five_seeds, "ppo", 12, ["default", "load"], folder / "results", folder / "trained")
+    return folder / "trained"

@@ -1,0 +1,46 @@
+import re
+
+import pytest
+
+from agents.card import CARD, card
+from agents.run_folder import TRAINED, read_seeds, shipped
+
+CARDS = [name for name in shipped() if read_seeds(TRAINED / name)]
+
+
+def test_card_tells_task_scores_training_and_use(trained):
+    text = (trained / "ppo" / CARD).read_text(encoding="utf-8")
+    assert text == card("ppo", trained)
+    about = read_seeds(trained / "ppo")
+    for words in (
+        "PPO for `DrillRig-v0`",
+        f"| {about['shipped']} (shipped) |",
+        "| `load` |",
+        "k_p = ",
+        "MIT",
+        about["seeds"]["0"]["machine"],
+        "256 steps",
+        about["fails"],
+    ):
+        assert words in text
+    assert not re.search(r"\| (nan|None)\b", text)
+
+
+def test_example_of_the_card_runs(trained, monkeypatch, capsys):
+    monkeypatch.setattr("agents.run_folder.TRAINED", trained)
+    (block,) = re.findall(r"```python\n(.*?)```", card("ppo", trained), re.DOTALL)
+    exec(compile(block, "card", "exec"), {})
+    assert capsys.readouterr().out.strip() in ("True", "False")
+
+
+def test_agent_without_its_seeds_is_refused(five_seeds, trained):
+    with pytest.raises(ValueError, match="not a shipped agent"):
+        card("seed_0", five_seeds)
+    with pytest.raises(ValueError, match="not a shipped agent"):
+        card("sac", trained)
+
+
+@pytest.mark.parametrize("name", CARDS)
+def test_cards_in_the_package_are_up_to_date(name):
+    written = (TRAINED / name / CARD).read_text(encoding="utf-8")
+    assert written == card(name), "out of date; run: python -m agents.card"
