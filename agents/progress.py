@@ -62,7 +62,8 @@ class ShowProgress(BaseCallback):
     """Tell how a training does: bars in a terminal, lines elsewhere, `progress.json`, and `drillrig/...` curves.
 
     Reward (mean of a step) and mitigated share are those of the episodes that ended last, with
-    exploration; `evaluated` is the mitigated share of the last evaluation, without.
+    exploration; `evaluated` is the mitigated share of the last evaluation, without. `seconds` is the wall
+    time of the training so far, evaluations and what was done before a stop counted in.
     """
 
     def __init__(self, folder: Path, total: int, evaluate: Evaluate | None = None, show: bool = True):
@@ -74,11 +75,12 @@ class ShowProgress(BaseCallback):
         self._task = TaskID(0)
         self._ended: list[dict[str, Any]] = []
         self._numbers: dict[str, Any] = {}
-        self._told = self._line = self._since = 0.0
+        self._told = self._line = self._since = self._earlier = 0.0
         self._done = 0
 
     def _on_training_start(self) -> None:
         self._since, self._done, self._line = time.monotonic(), self.num_timesteps, time.monotonic()
+        self._earlier = read_progress(self.folder).get("seconds", 0.0)
         if self.bars:
             self._task = self.bars.add_task(self.folder.name, total=self.total, numbers={})
             self.bars.start()
@@ -115,6 +117,7 @@ class ShowProgress(BaseCallback):
             return
         self._told = now
         self._numbers["steps"], self._numbers["total"] = self.num_timesteps, self.total
+        self._numbers["seconds"] = round(self._earlier + now - self._since, 1)
         if now - self._since > _SECONDS:
             self._numbers["steps_per_second"] = (self.num_timesteps - self._done) / (now - self._since)
         if self.evaluate:

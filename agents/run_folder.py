@@ -7,7 +7,7 @@
 | `best_model.zip` | the agent that did best in the evaluations during training |
 | `evaluations.npz` | these evaluations: `timesteps` (k,); `results`, `mitigated`, `ep_lengths`, each (k, rigs) |
 | `checkpoint.npz` | where an unfinished training goes on; gone when it is finished |
-| `progress.json` | how far the training is |
+| `progress.json` | how far the training is, and how long it took |
 | `tensorboard_1/` | curves |
 """
 
@@ -23,8 +23,9 @@ from drillrig_env.parameters import closest
 
 MODEL, BEST_MODEL, CONFIG = "model.zip", "best_model.zip", "config.json"
 EVALUATIONS, CHECKPOINT, PROGRESS = "evaluations.npz", "checkpoint.npz", "progress.json"
+SEEDS = "seeds.json"
 TRAINED = Path(__file__).parent / "trained"
-"""The agents that come with the package, a run folder each."""
+"""The agents that come with the package: of each the median seed's run folder, with `seeds.json` about all seeds."""
 
 _ONLY_FOR_TRAINING: dict[str, Any] = {  # put in place of what is saved, so that no other version must read it
     "learning_rate": 0.0,
@@ -68,6 +69,15 @@ def find_run(name: str | Path) -> Path:
             return path
     hint = closest(str(name), [*shipped(), "the folder of a run"])
     raise ValueError(f"{name}: neither a shipped agent nor the folder of a run (it has no {CONFIG}); {hint}")
+
+
+def read_seeds(path: str | Path) -> dict[str, Any] | None:
+    """What `agents.ship` wrote about all training seeds of a shipped agent; None where there is nothing."""
+    file = Path(path) / SEEDS
+    if not file.is_file():
+        return None
+    content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return content
 
 
 def write_config(folder: Path, config: dict[str, Any]) -> None:

@@ -1,0 +1,74 @@
+"""The action as a speed reference rather than its rate: the alternative that the ablations train against.
+
+The action a asks for omega_ref = omega* + REACH a, and the reference goes there at the slew limit. The
+reward and everything else stay as they are; its third term still counts the rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+from stable_baselines3.common.vec_env import VecEnvWrapper
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepReturn
+
+from agents.agent import Agent, Memory
+from agents.environment import batch_of
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.evaluation.suites import SLEW_LIMIT
+
+REACH = 2.0
+"""How far from the target the speed reference may be asked for, rad/s."""
+
+
+def rate_towards(
+    actions: npt.NDArray[np.float32], reference: np.ndarray, target: np.ndarray, slew_limit: float
+) -> npt.NDArray[np.float32]:
+    """The rate action, -1 to 1, shape (n, 1), that leads to omega* + REACH a.
+
+    `actions` has shape (n, 1); `reference` and `target` (rad/s) have shape (n,); `slew_limit` is in rad/s^2.
+    """
+    wanted = target[:, None] + REACH * np.clip(actions, -1.0, 1.0)
+    rates = (wanted - reference[:, None]) / (slew_limit * CONTROL_PERIOD)
+    return np.asarray(np.clip(rates, -1.0, 1.0), dtype=np.float32)
+
+
+class AbsoluteAction(VecEnvWrapper):
+    """An environment whose action is where the speed reference is to be."""
+
+    def step_async(self, actions: np.ndarray) -> None:
+        """Turn the actions, shape (num_envs, 1), into rates and pass them on."""
+        core = batch_of(self.venv).core
+        rates = rate_towards(actions, core.rigs["speed_reference"], core.rigs["speed_target"], core.slew_limit)
+        self.venv.step_async(rates)
+
+    def reset(self) -> VecEnvObs:
+        """Begin an episode in every rig."""
+        return self.venv.reset()
+
+    def step_wait(self) -> VecEnvStepReturn:
+        """Step all rigs."""
+        return self.venv.step_wait()
+
+
+class AbsoluteAgent(Agent):
+    """An agent that was trained behind `AbsoluteAction`: its actions are turned into rates."""
+
+    def at_slew_limit(self, slew_limit: float) -> AbsoluteAgent:
+        """The same agent for an environment with this slew limit (rad/s^2)."""
+        agent = AbsoluteAgent(self.model, self.config)
+        agent._rate = super().at_slew_limit(slew_limit)._rate
+        return agent
+
+    def predict(
+        self,
+        observation: npt.NDArray[np.float32],
+        state: Memory = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[np.ndarray, Memory]:
+        """Rate actions of shape (n, 1) for observations of shape (n, channels), and the next state."""
+        actions, memory = self._act(observation, state, episode_start, deterministic)
+        reference, target = (self.sensors.value(observation, name) for name in ("speed_reference", "speed_target"))
+        slew_limit = self.environment.get("slew_limit", SLEW_LIMIT)
+        rates = rate_towards(actions, reference, target, slew_limit)
+        return np.clip(self._rate * rates, -1.0, 1.0), memory

@@ -1,0 +1,249 @@
+"""Write docs/agents.md and its pictures: what ships, how it learnt, what it does, and what each choice is worth.
+
+    python -m agents.page           # from agents/trained, docs/agents and docs/results
+    python -m agents.page --check   # only say whether the page is up to date
+
+The numbers come from `agents.ship` (agents/trained/*/seeds.json), `agents.ablations`
+(docs/agents/ablations.json) and the stored results of `eval.py` (docs/results, if they are there); what a
+person saw in the pictures is quoted from docs/agents/findings.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.card import training_minutes
+from agents.export import EXAMPLE
+from agents.pictures.learning import learning_curves
+from agents.rivals import ahead
+from agents.run_folder import TRAINED, read_config, read_seeds
+from drillrig_env.evaluation.report import markdown_table
+from drillrig_env.evaluation.statistics import interquartile_mean
+from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
+
+COMMAND = "python -m agents.page"
+AGENT = "ppo"
+"""The agent whose behaviour is shown."""
+
+_SHOWN = Table((*MAIN.columns, OTHERS.columns[0]), f"{MAIN.caption}; cost: mean of - reward")
+_LEVELS = (0.5, 0.9, 0.95)
+_ABLATED = (
+    ("mitigated", "mitigated", 3),
+    ("below ω_c", "below", 3),
+    ("above ω_c", "above", 3),
+    ("to calm, s", "time_to_calm", 1),
+    ("cost", "cost", 3),
+)
+
+_USE = f"""## Train, resume, export
+
+```sh
+python train.py ppo --seeds 5 --run-folder runs/ppo   # five seeds, one after another; --jobs 2: two at a time
+python train.py --resume runs/ppo                     # go on after Ctrl-C, bit for bit as without the stop
+python -m agents.ship runs/ppo --name ppo             # evaluate all seeds, ship the median one, write its card
+python -m agents.ablations                            # the table of choices above
+python -m agents.page                                 # this page
+```
+
+`python train.py --help` lists the rest: hyperparameters and arguments of the environment can be changed on the
+command line, and an unknown one is refused with the closest known name. A run's folder holds its config, command,
+versions, evaluations and models.
+
+The hyperparameter files are in rl-zoo3's format:
+
+```sh
+python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf agents/hyperparams/ppo.yml
+```
+
+That steps single environments one by one; `train.py` steps all rigs in one compiled call.
+
+`python -m agents.export ppo --out policy.onnx` writes an agent as one file that takes measured values in physical
+units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit inside. It
+plays recorded episodes through both and fails where they differ by more than 1e-5 rad/s². This runs it, with nothing
+but onnxruntime and NumPy:
+
+```text
+{EXAMPLE.strip()}
+```
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Draw the pictures and write the page, or only check it."""
+    parser = argparse.ArgumentParser(
+        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is out of date")
+    chosen = parser.parse_args(arguments)
+    path = chosen.docs / "agents.md"
+    try:
+        text = page(chosen.docs)
+    except ValueError as error:
+        parser.error(str(error))
+    if chosen.check:
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            raise SystemExit(f"{path} is out of date; run: {COMMAND}")
+        return
+    from agents.pictures import draw_all
+
+    draw_all(AGENT, chosen.docs / "images" / "agents")
+    path.write_text(text, encoding="utf-8")
+    print(path.resolve())
+
+
+def page(docs: Path, trained: Path = TRAINED) -> str:
+    """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
+    found = {path.name: seeds for path in sorted(trained.glob("*")) if (seeds := read_seeds(path)) is not None}
+    if AGENT not in found:
+        raise ValueError(f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.ship")
+    parts = [_shipped(found, trained), _learning(found), _behaviour(docs), _choices(docs)]
+    parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
+    return "\n".join(part for part in parts if part)
+
+
+def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
+    """What ships and what it scores."""
+    rows = {}
+    about = []
+    for name, seeds in found.items():
+        config, tables = read_config(trained / name), seeds["pooled"]["default"]
+        rows[f"[`{name}`](../agents/trained/{name}/README.md)"] = stored_row({**tables["main"], **tables["others"]})
+        about.append(
+            f"| `{name}` | `{config['env_id']}` | {config['algorithm']} | "
+            f"{config['hyperparameters']['n_timesteps']:,} | {training_minutes(seeds)} | {len(seeds['seeds'])} |"
+        )
+    return "\n".join(
+        [
+            "# The agents\n",
+            "The agents learn by trial on random rigs to move the drive's speed reference so that stick-slip ends and "
+            "the bit turns calmly at the target. They are told neither the normal force nor the friction. They work "
+            "through a softened drive, that of the baseline `soft_torque`: its gains alone already free most rigs, and "
+            "an agent adds to it. The names below work wherever a policy is asked for, as in `python eval.py ppo`.\n",
+            f"On {next(iter(found.values()))['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
+            "mean over all training seeds with its 95 % bootstrap interval:\n",
+            markdown_table(_SHOWN, rows, {}).replace("| policy |", "| agent |", 1),
+            f"\n*{_SHOWN.caption[0].upper()}{_SHOWN.caption[1:]}.*\n",
+            "| agent | environment | algorithm | steps | training, min a seed | seeds |",
+            "|---|---|---|---:|---:|---:|",
+            *about,
+            "\nHeld calm at the target by the seed that ships, left to itself for longer than the suites' 60 s:\n",
+            *_endurance(found),
+            "\nThe seed that ships is the one of median mitigated share, not the best one. Each agent's card has its "
+            "scores in all suites, seed by seed, and where it fails.\n",
+        ]
+    )
+
+
+def _endurance(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    """How long each agent holds what it reached, as a table."""
+    times = list(next(iter(found.values()))["endurance"])
+    return [
+        "| agent | " + " | ".join(f"{time} s" for time in times) + " |",
+        "|---|" + "---:|" * len(times),
+        *(
+            f"| `{name}` | " + " | ".join(f"{seeds['endurance'][time]:.3f}" for time in times) + " |"
+            for name, seeds in found.items()
+        ),
+    ]
+
+
+def _learning(found: Mapping[str, Mapping[str, Any]]) -> str:
+    """The learning curves, and when they pass what."""
+    lines = [
+        "## How they learn\n",
+        "![Share of rigs mitigated over training steps, every seed](images/agents/learning.png)\n",
+        "| agent | "
+        + " | ".join(f"steps to {level:g}" for level in _LEVELS)
+        + " | at the end, lowest to highest seed |",
+        "|---|" + "---:|" * (len(_LEVELS) + 1),
+    ]
+    for name, seeds in found.items():
+        steps, shares = learning_curves(seeds)
+        curve = interquartile_mean(shares, axis=0)
+        passed = [
+            f"{steps[np.argmax(curve >= level)]:,.0f}" if (curve >= level).any() else "never" for level in _LEVELS
+        ]
+        lines.append(f"| `{name}` | {' | '.join(passed)} | {shares[:, -1].min():.3f} to {shares[:, -1].max():.3f} |")
+    lines.append(
+        "\n*Steps after which the interquartile mean over the seeds first reaches a mitigated share, as far as the "
+        "evaluations during training resolve it; these rigs are not those of the suites.*\n"
+    )
+    return "\n".join(lines)
+
+
+def _behaviour(docs: Path) -> str:
+    """The pictures of behaviour and what a person saw in them."""
+    words = docs / "agents" / "findings.md"
+    seen = words.read_text(encoding="utf-8").strip() + "\n" if words.is_file() else ""
+    return "\n".join(
+        [
+            f"## What `{AGENT}` does\n",
+            "![One rig over time under three rivals and the agent, from the same start](images/agents/histories.png)\n",
+            "![The agent's action over twist and bit speed, beside the torque law's](images/agents/plane.png)\n",
+            seen,
+        ]
+    )
+
+
+def _choices(docs: Path) -> str:
+    """The ablations, a table an environment; nothing where they have not been run."""
+    file = docs / "agents" / "ablations.json"
+    if not file.is_file():
+        return ""
+    content = json.loads(file.read_text(encoding="utf-8"))
+    variants = content["variants"]
+    lines = [
+        "## What each choice is worth\n",
+        "PPO with one choice changed at a time, scored on rigs of the training side. Mean over seeds, with the lowest "
+        "and the highest. The cost is that of the environment's default reward, whatever a variant was trained on.\n",
+    ]
+    for env_id in dict.fromkeys(one["env_id"] for one in variants.values()):
+        own = [one for one in variants.values() if one["env_id"] == env_id]
+        steps = _listed({one["hyperparameters"]["n_timesteps"] for one in own})
+        lines += [
+            f"`{env_id}`, all trained for {steps} steps, whatever the shipped agent had, and scored on "
+            f"{_listed({one['rigs'] for one in own})} rigs:\n",
+            "| choice | seeds | " + " | ".join(heading for heading, _, _ in _ABLATED) + " |",
+            "|---|---:|" + "---:|" * len(_ABLATED),
+            *map(_variant, own),
+            "",
+        ]
+    return "\n".join(lines)
+
+
+def _listed(numbers: set[int]) -> str:
+    return " or ".join(f"{number:,}" for number in sorted(numbers))
+
+
+def _variant(one: Mapping[str, Any]) -> str:
+    cells = []
+    for _, score, digits in _ABLATED:
+        values = [run["scores"][score] for run in one["runs"].values() if run["scores"][score] is not None]
+        low, high = (f"{end:.{digits}f}" for end in (min(values, default=np.nan), max(values, default=np.nan)))
+        cells.append(f"{np.mean(values):.{digits}f} ({low} to {high})" if values else "none")
+    return f"| {one['words']} | {len(one['runs'])} | {' | '.join(cells)} |"
+
+
+def _made(docs: Path, found: Mapping[str, Mapping[str, Any]]) -> str:
+    """Commands, dates and machines behind the numbers."""
+    lines = [f"## How it was made\n\nThis page and its pictures come from stored numbers with `{COMMAND}`.\n"]
+    lines += [
+        f"- `{name}`: `{seeds['command']}`, {seeds['provenance']['date']}, {seeds['provenance']['machine']}"
+        for name, seeds in found.items()
+    ]
+    file = docs / "agents" / "ablations.json"
+    if file.is_file():
+        made = json.loads(file.read_text(encoding="utf-8"))
+        lines.append(f"- choices: `{made['command']}`, {made['provenance']['date']}, {made['provenance']['machine']}")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,119 @@
+"""One rig over time under rivals and an agent, all from the very same start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+from matplotlib.axes import Axes
+
+import baselines
+from agents.run_folder import TRAINED, load_policy
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.evaluation.runner import Episodes, Policy, run
+from drillrig_env.evaluation.scores import time_to_calm
+from drillrig_env.evaluation.suites import default_suite
+from drillrig_env.figures.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
+from drillrig_env.friction import Friction
+from drillrig_env.rig import Rig
+from drillrig_env.stability import critical_slope, critical_speed
+
+RIVALS = ("soft_torque", "z_torque", "jump_ease")
+_SHOWN = 40.0  # s of the episode
+
+
+@dataclass(frozen=True)
+class TypicalRig:
+    """A rig of the suite `default`: its place there, its friction, target and critical speed (rad/s), hardness."""
+
+    place: int
+    friction: Friction
+    speed_target: float
+    critical_speed: float
+    hardness: float
+
+    @property
+    def words(self) -> str:
+        """The rig in a caption."""
+        return (
+            f"rig {self.place} of the suite default (ω* = {self.speed_target:.2f} rad/s, "
+            f"ω_c = {self.critical_speed:.2f} rad/s, N_1 = {float(self.friction.normal_force):.1f} N, "
+            f"q = {self.hardness:.2f})"
+        )
+
+
+def typical_rig() -> TypicalRig:
+    """Of the rigs of `default` below their critical speed, the one of median hardness."""
+    suite = default_suite()
+    core = RigBatch(suite.rigs, scenario=suite.scenario)
+    generators = [seeding.np_random(suite.first_seed + i)[0] for i in range(suite.rigs)]
+    core.reset(np.arange(suite.rigs), generators, {"start": "steady", "load_steps": []})
+    rigs, rig = core.rigs, Rig()
+    friction = Friction(*(rigs[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+    target = rigs["speed_target"]
+    omega_c = np.asarray(critical_speed(rig, friction))
+    hardness = np.asarray(friction.slope(rig, target)) / critical_slope(rig)
+    below = np.flatnonzero(target < omega_c)
+    order = np.argsort(hardness[below], kind="stable")
+    place = int(below[order[len(order) // 2]])
+    own = Friction(*(float(rigs[name][place]) for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+    return TypicalRig(place, own, float(target[place]), float(omega_c[place]), float(hardness[place]))
+
+
+def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
+    """Bit speed with speed reference and target, and string torque below, a column a policy."""
+    learnt = load_policy(trained / agent)
+    policies: dict[str, tuple[Policy, Any]] = {name: (baselines.make(name), "state") for name in RIVALS}
+    typical = typical_rig()
+    alone = default_suite().only(typical.place)
+    policies[agent] = (learnt.at_slew_limit(alone.slew_limit), learnt.environment["sensors"])
+    figure = new_figure(3.4)
+    panels = figure.subplots(2, len(policies), sharex=True, sharey="row", height_ratios=(1.7, 1.0))
+    highest = 0.0
+    for column, (name, (policy, sensors)) in enumerate(policies.items()):
+        episodes = run(policy, alone, sensors=sensors)
+        _speeds(panels[0, column], episodes, typical)
+        _torque(panels[1, column], episodes)
+        highest = max(highest, float(episodes.highest.max()))
+        told = " *" if getattr(policy, "told", ()) else ""
+        calm = float(time_to_calm(episodes)[0])
+        over = "not calm" if calm >= episodes.lowest.shape[1] * CONTROL_PERIOD else f"calm at {calm:.1f} s"
+        panels[0, column].set_title(f"{name}{told}")
+        panels[0, column].text(0.97, 0.97, over, ha="right", va="top", transform=panels[0, column].transAxes)
+    panels[0, 0].set_ylim(-0.3, 1.15 * highest)
+    panels[0, 0].set_ylabel("speed, rad/s")
+    panels[1, 0].set_ylabel("string torque, N m")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    caption = (
+        f"The same start under {len(policies)} policies: {typical.words}, which lies below its critical speed; it is "
+        "the one of median hardness there. Calm: from when on the stick-slip index over the trailing 5 s stays below "
+        "0.1, which takes 5 s at least. * told the friction."
+    )
+    return Picture(figure, caption)
+
+
+def _speeds(panel: Axes, episodes: Episodes, typical: TypicalRig) -> None:
+    time = _times(episodes)
+    shown = len(time)
+    panel.plot(time, episodes.average[0, :shown], color=BLUE, lw=0.9, label="bit speed")
+    reference = episodes.speed_reference[0, :shown]
+    panel.plot(time, reference, color=VERMILLION, lw=1.2, label=r"speed reference $\omega_{ref}$")
+    panel.axhline(typical.speed_target, color=DARK, lw=0.9, ls=(0, (4, 2)), label=r"target $\omega^*$")
+    panel.axhline(typical.critical_speed, color=DARK, lw=0.9, ls=(0, (1, 1.5)), label=r"critical speed $\omega_c$")
+    panel.set_xlim(0.0, _SHOWN)
+
+
+def _torque(panel: Axes, episodes: Episodes) -> None:
+    time = _times(episodes)
+    panel.plot(time, episodes.string_torque[0, : len(time)], color=PURPLE)
+    panel.set_xlabel(TIME)
+    panel.set_xticks([0, 20, 40])
+
+
+def _times(episodes: Episodes) -> np.ndarray:
+    steps = min(episodes.lowest.shape[1], round(_SHOWN / CONTROL_PERIOD))
+    return np.arange(1, steps + 1) * CONTROL_PERIOD
