@@ -163,7 +163,7 @@ def _begin(folder: Path, config: dict[str, Any], resume: bool) -> tuple[Results,
 def _report(results: Results, name: str, reference: str, chosen: argparse.Namespace) -> None:
     about = results.config["suites"][name]
     title = f"{name}: {about['description']} ({about['rigs']} rigs, {results.config['env']})"
-    print_suite(title, results.scores[name], results.told, reference, chosen.details, bool(chosen.reference))
+    print_suite(title, results.scores[name], results.marks, reference, chosen.details, bool(chosen.reference))
 
 
 def _draw(results: Results, histories: Histories, folder: Path, chosen: argparse.Namespace) -> None:

@@ -92,7 +92,8 @@ def _from_class(label: str, policy: type, env: Mapping[str, Any], about: Mapping
         if isinstance(value, int | float | str) and not key.startswith("_") and key != "slew_limit"
     }
     told = tuple(getattr(made, "told", ()))
-    return Contestant(label, {"": make}, env, told, {**about, "parameters": numbers})
+    gains = getattr(made, "drive_gains", None)
+    return Contestant(label, {"": make}, env, told, gains, {**about, "parameters": numbers})
 
 
 def _from_runs(name: str, label: str, env_id: str) -> Contestant:
@@ -116,7 +117,8 @@ def _from_runs(name: str, label: str, env_id: str) -> Contestant:
     if missing := [channel for channel in wanted.names if channel not in shown.names]:
         raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {env_id} do not show")
     env = {"sensors": wanted.names, "noise": shown.noise, "delay": shown.delay}
-    return Contestant(label, members, env, (), {"kind": "run", "configs": configs})
+    gains = next(iter(agents.values())).drive_gains
+    return Contestant(label, members, env, (), gains, {"kind": "run", "configs": configs})
 
 
 def _for_suite(policy: type[baselines.Baseline], sensors: str, suite: Suite) -> Policy:

@@ -32,18 +32,26 @@ class Contestant:
     `members` make the policy for a suite, by training seed; "" is the seed of what is not trained. A
     policy is made anew for each suite, since its action is a share of the suite's slew limit. `env` holds
     the arguments of the environment, the sensors among them, and `about` what tells this policy from a
-    changed one of the same name.
+    changed one of the same name. `told` and `drive_gains` are what it is told beyond the sensors, and
+    how it sets the drive.
     """
 
     name: str
     members: Mapping[str, Callable[[Suite], Policy]]
     env: Mapping[str, Any]
     told: tuple[str, ...] = ()
+    drive_gains: Sequence[float] | None = None
     about: Mapping[str, Any] = field(default_factory=dict)
 
     def description(self) -> dict[str, Any]:
         """What the results say of this policy."""
-        return {"sensors": self.env["sensors"], "told": list(self.told), "seeds": list(self.members), **self.about}
+        return {
+            "sensors": self.env["sensors"],
+            "told": list(self.told),
+            "drive_gains": None if self.drive_gains is None else list(self.drive_gains),
+            "seeds": list(self.members),
+            **self.about,
+        }
 
 
 @dataclass(frozen=True)

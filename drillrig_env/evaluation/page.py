@@ -18,7 +18,7 @@ from drillrig_env.evaluation import histories as histories_of
 from drillrig_env.evaluation.findings import where_each_fails, who_wins
 from drillrig_env.evaluation.histories import Histories, worth_showing
 from drillrig_env.evaluation.report import markdown_table
-from drillrig_env.evaluation.results import Results, read
+from drillrig_env.evaluation.results import MARKS, Results, read
 from drillrig_env.evaluation.tables import DIFFERENCES, TABLES, Row, Table, differences, stored_row
 
 COMMAND = "python -m drillrig_env.evaluation.page"
@@ -34,13 +34,14 @@ PICTURES = {
 
 _INTRODUCTION = f"""# Results
 
-Every policy faces the same random rigs, starts, loads and measurement noise, and moves nothing but the drive's
-speed reference. A rig is *mitigated* when its last 10 s are calm (a stick-slip index below 0.1) with a mean bit speed
-within 5 % of the target, and *calm* when that holds at any mean speed. Below the critical speed ω_c steady rotation is
-unstable; from there to the fold (*bistable*) both it and stick-slip are stable; above the fold stick-slip dies by
-itself. The hardness q is the fall of a rig's friction with speed at the target over what the bare drive can bear.
+Every policy faces the same random rigs, starts, loads and measurement noise, and moves the drive's speed reference.
+Some set the drive's gains as well; what the drive then does, no noise, delay or slew limit touches. A rig is
+*mitigated* when its last 10 s are calm (a stick-slip index below 0.1) with a mean bit speed within 5 % of the target,
+and *calm* when that holds at any mean speed. Below the critical speed ω_c steady rotation is unstable; from there to
+the fold (*bistable*) both it and stick-slip are stable; above the fold stick-slip dies by itself. The hardness q is
+the fall of a rig's friction with speed at the target over what the bare drive can bear.
 Intervals are at 95 %: Wilson's for rates, bootstrap over rigs otherwise; for an agent with several training seeds, of
-the interquartile mean over seeds. A star marks a policy that is told what the sensors do not show.
+the interquartile mean over seeds. Marks: {MARKS}.
 
 This page and its pictures come from the stored results of all episodes with `{COMMAND}`.
 """
@@ -150,7 +151,7 @@ def _table(results: Results, suite: str, name: str, table: Table) -> list[str]:
         "differences": f"Less `{results.config['reference']}` on the same rigs:\n\n",
         "loss": "What noise, delay and half the slew cost: each policy less itself in `default`, on the same rigs:\n\n",
     }
-    return [f"{heads.get(name, '')}{markdown_table(table, rows, results.told)}\n\n*{_sentence(table.caption)}*\n"]
+    return [f"{heads.get(name, '')}{markdown_table(table, rows, results.marks)}\n\n*{_sentence(table.caption)}*\n"]
 
 
 def _sentence(text: str) -> str:
@@ -170,7 +171,7 @@ def _between(stored: Mapping[str, Results]) -> list[str]:
     return [
         f"## From {rich} to {poor}\n",
         f"Each policy in `default` with the sensors of {poor}, less itself with those of {rich}, on the same rigs:\n",
-        f"{markdown_table(DIFFERENCES, rows, second.told)}\n\n*{_sentence(DIFFERENCES.caption)}*\n",
+        f"{markdown_table(DIFFERENCES, rows, second.marks)}\n\n*{_sentence(DIFFERENCES.caption)}*\n",
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from drillrig_env.evaluation.results import MARKS, label
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import (
     DIFFERENCES,
@@ -18,7 +19,6 @@ from drillrig_env.evaluation.tables import (
 )
 
 _WIDTH = 80
-TOLD = "* told what the sensors do not show"
 
 
 def rows(results: Mapping[str, Scores], table: Table = MAIN) -> dict[str, Row]:
@@ -35,25 +35,25 @@ def difference_rows(results: Mapping[str, Scores], reference: str) -> dict[str, 
     }
 
 
-def markdown_table(table: Table, found: Mapping[str, Row], told: Mapping[str, bool]) -> str:
+def markdown_table(table: Table, found: Mapping[str, Row], marks: Mapping[str, str]) -> str:
     """A table in Markdown, a row a policy; intervals at 95 % behind the values."""
     lines = ["| policy | " + " | ".join(table.headings) + " |", "|---|" + "---:|" * len(table.headings)]
     for policy, row in found.items():
         cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
         texts = [f"{value} ({interval.replace(' ', ' to ')})" if interval else value for value, interval in cells]
-        lines.append(f"| {label(policy, told)} | " + " | ".join(texts) + " |")
+        lines.append(f"| {label(policy, marks)} | " + " | ".join(texts) + " |")
     return "\n".join(lines)
 
 
-def print_table(title: str, table: Table, found: Mapping[str, Row], told: Mapping[str, bool]) -> None:
+def print_table(title: str, table: Table, found: Mapping[str, Row], marks: Mapping[str, str]) -> None:
     """Print a table in the terminal, intervals below the values; needs `rich`, of the extra `agents`."""
     from rich.console import Console
     from rich.table import Table as Grid
 
-    stars = f"; {TOLD}" if any(told.get(policy) for policy in found) else ""
+    legend = f"; {MARKS}" if any(marks.get(policy) for policy in found) else ""
     grid = Grid(
         title=title,
-        caption=f"below each value its 95 % interval; {table.caption}{stars}",
+        caption=f"below each value its 95 % interval; {table.caption}{legend}",
         box=None,
         padding=(0, 1, 0, 0),
         pad_edge=False,
@@ -66,7 +66,7 @@ def print_table(title: str, table: Table, found: Mapping[str, Row], told: Mappin
         grid.add_column(column.heading, justify="right", no_wrap=True)
     for policy, row in found.items():
         cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
-        grid.add_row(label(policy, told), *("\n".join(parts) for parts in cells))
+        grid.add_row(label(policy, marks), *("\n".join(parts) for parts in cells))
     console = Console(highlight=False)
     console.width = max(console.width, _WIDTH)
     console.print(grid)
@@ -76,20 +76,20 @@ def print_table(title: str, table: Table, found: Mapping[str, Row], told: Mappin
 def print_suite(
     title: str,
     results: Mapping[str, Scores],
-    told: Mapping[str, bool],
+    marks: Mapping[str, str],
     reference: str,
     details: bool = False,
     compared: bool = False,
 ) -> None:
     """Print the headline of a suite; with `details` also all other tables, with `compared` the differences alone."""
-    print_table(title, MAIN, rows(results), told)
+    print_table(title, MAIN, rows(results), marks)
     if details:
-        print_table("mitigated by hardness", HARDNESS, rows(results, HARDNESS), told)
-        print_table("other scores", OTHERS, rows(results, OTHERS), told)
+        print_table("mitigated by hardness", HARDNESS, rows(results, HARDNESS), marks)
+        print_table("other scores", OTHERS, rows(results, OTHERS), marks)
     if details or compared:
         found = difference_rows(results, reference)
         if found:
-            print_table(f"less {reference} on the same rigs", DIFFERENCES, found, told)
+            print_table(f"less {reference} on the same rigs", DIFFERENCES, found, marks)
 
 
 def cell(estimate: Estimate, digits: int, signed: bool = False) -> tuple[str, str]:
@@ -103,8 +103,3 @@ def cell(estimate: Estimate, digits: int, signed: bool = False) -> tuple[str, st
         return value, ""
     low, high = (f"{end:{sign}.{fewer}f}" for end in (estimate.low, estimate.high))
     return value, f"{low} {high}" if signed else f"{low}-{high}"
-
-
-def label(policy: str, told: Mapping[str, bool]) -> str:
-    """A policy's name, with a star where it is told what the sensors do not show."""
-    return f"{policy} *" if told.get(policy) else policy

@@ -32,6 +32,17 @@ _TEXTS = {"seed", "start", "region"}
 _FLAGS = {"calm", "mitigated"}
 
 
+TOLD, SOFT = "*", "°"
+MARKS = f"{TOLD} told what the sensors do not show; {SOFT} sets the drive's gains as well"
+"""What the marks behind a policy's name say."""
+
+
+def label(policy: str, marks: Mapping[str, str]) -> str:
+    """A policy's name with its mark."""
+    mark = marks.get(policy, "")
+    return f"{policy} {mark}" if mark else policy
+
+
 @dataclass
 class Results:
     """Scores by suite and policy, and what made them.
@@ -77,6 +88,14 @@ class Results:
     def policies(self) -> list[str]:
         """Names of all policies, each once."""
         return list(dict.fromkeys(policy for _, policy in self._blocks))
+
+    @property
+    def marks(self) -> dict[str, str]:
+        """The mark behind a policy's name: TOLD where it is told what the sensors do not show, SOFT where it sets
+        the drive's gains.
+        """
+        about = self.config.get("policies", {})
+        return {name: TOLD * bool(of.get("told")) + SOFT * bool(of.get("drive_gains")) for name, of in about.items()}
 
     @property
     def told(self) -> dict[str, bool]:

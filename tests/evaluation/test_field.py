@@ -100,7 +100,7 @@ def test_what_is_there_is_not_run_again_and_the_order_stays(tmp_path):
 
 
 def config(rigs=6, env="DrillRig-v0", version="1", **about):
-    field = [Contestant("a", {"": lambda suite: Hold()}, {"sensors": "state"}, (), about)]
+    field = [Contestant("a", {"": lambda suite: Hold()}, {"sensors": "state"}, (), None, about)]
     return config_of(env, [suite("default", rigs)], field, version, "command", "a")
 
 

@@ -11,11 +11,11 @@ from drillrig_env.evaluation.tables import DIFFERENCES, HARDNESS, MAIN, differen
 def test_table_marks_who_is_told(comparison, capsys):
     results, _ = comparison
     scores = results.scores["default"]
-    table = markdown_table(MAIN, rows(scores), results.told)
+    table = markdown_table(MAIN, rows(scores), results.marks)
     assert "| told * |" in table
     assert "| constant |" in table
     assert f"{scores['constant']['mitigated'].mean():.3f}" in table
-    print_suite("title", scores, results.told, "constant", details=True)
+    print_suite("title", scores, results.marks, "constant", details=True)
     assert "told *" in capsys.readouterr().out
 
 
@@ -24,7 +24,7 @@ def test_terminal_stays_within_80_columns_and_cuts_nothing(comparison, capsys, m
     results, _ = comparison
     scores = results.scores["default"]
     named = {"jump_ease_estimated": scores["told"], "feed_forward_start": scores["told"], **scores}
-    print_suite("title", named, {"feed_forward_start": True}, "constant", details=True)
+    print_suite("title", named, {"feed_forward_start": "*"}, "constant", details=True)
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     assert "…" not in out

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.evaluation.pictures.naming import COLORS, DASHES, named, suite_words
-from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.pictures.naming import COLORS, DASHES, suite_words
+from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.tables import best_first
 from drillrig_env.figures.style import Picture, new_figure
 
@@ -32,11 +32,11 @@ def plot_calming(results: Results, suite: str) -> Picture:
     panel.set_ylim(-0.01, 1.01)
     panel.set_xlabel("time from the start of the episode, s")
     panel.set_ylabel("share of rigs that are calm from then on")
-    _label_ends(panel, {named(policy, results.told): end for policy, end in ends.items()}, duration)
+    _label_ends(panel, {label(policy, results.marks): end for policy, end in ends.items()}, duration)
     caption = (
         f"How fast rigs calm down, {suite_words(results, suite)}. A rig is calm from the time after which its "
         "stick-slip index over the trailing 5 s stays below 0.1, which takes 5 s at least, at whatever mean speed. "
-        "A line ends at the share that is calm at last. * told what the sensors do not show."
+        f"A line ends at the share that is calm at last. {MARKS}."
     )
     return Picture(figure, caption)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from drillrig_env.evaluation.results import Results
 
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "0.1")
@@ -11,11 +9,6 @@ COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "0.1
 
 DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)))
 """Line styles, which change once the colours are used up."""
-
-
-def named(policy: str, told: Mapping[str, bool]) -> str:
-    """A policy's name, with a star where it is told what the sensors do not show."""
-    return f"{policy} *" if told.get(policy) else policy
 
 
 def suite_words(results: Results, suite: str) -> str:

@@ -6,8 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from drillrig_env.evaluation.histories import Histories, History, times, typical_rigs, worth_showing
-from drillrig_env.evaluation.pictures.naming import named
-from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.figures.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
 
 _WORDS = {"below": "below its critical speed", "bistable": "between its critical speed and its fold"}
@@ -30,7 +29,7 @@ def plot_histories(
     panels = figure.subplots(2, len(chosen), sharex=True, sharey="row", squeeze=False, height_ratios=(1.7, 1.0))
     for column, policy in enumerate(chosen):
         _speeds(panels[0, column], kept[policy], target, omega_c)
-        panels[0, column].set_title(named(policy, results.told))
+        panels[0, column].set_title(label(policy, results.marks))
         panels[1, column].plot(times(kept[policy]), kept[policy]["string_torque"], color=PURPLE)
         panels[1, column].set_xlabel(TIME)
         panels[1, column].set_xticks([0, 20, 40, 60])
@@ -43,7 +42,7 @@ def plot_histories(
         f"One rig {_WORDS[region]} under {len(chosen)} policies, suite {suite}, {results.config['env']}: "
         f"ω* = {target:.2f} rad/s, ω_c = {omega_c:.2f} rad/s, fold = {fold:.2f} rad/s, "
         f"N_1 = {one['normal_force']:.1f} N at the end, q = {one['hardness']:.2f}. "
-        "It is the rig of median hardness in this region. * told what the sensors do not show."
+        f"It is the rig of median hardness in this region. {MARKS}."
     )
     return Picture(figure, caption)
 

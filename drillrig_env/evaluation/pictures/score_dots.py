@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from drillrig_env.evaluation.pictures.naming import named, suite_words
-from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.pictures.naming import suite_words
+from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Row, best_first, estimates
 from drillrig_env.figures.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
@@ -45,14 +45,14 @@ def plot_scores(results: Results, suite: str) -> Picture:
     panels[3].xaxis.set_major_formatter("{x:g}")
     panels[3].xaxis.set_minor_formatter(NullFormatter())
     panels[3].set_xlabel("mean, log scale")
-    panels[0].set_yticks(places, [named(policy, results.told) for policy in policies])
+    panels[0].set_yticks(places, [label(policy, results.marks) for policy in policies])
     panels[0].set_ylim(-0.6, len(policies) - 0.4)
     figure.legend(*panels[1].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     caption = (
         f"Scores of every policy, {suite_words(results, suite)}; bars: intervals at 95\N{NO-BREAK SPACE}%. Mitigated: "
         "the last 10 s are calm and within 5\N{NO-BREAK SPACE}% of the target speed. Below the critical speed ω_c "
         "steady rotation is unstable; from there to the fold both it and stick-slip are stable (bistable). "
-        "* told what the sensors do not show."
+        f"{MARKS}."
     )
     return Picture(figure, caption)
 

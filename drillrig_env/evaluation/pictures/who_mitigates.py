@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from drillrig_env.evaluation.pictures.naming import named, suite_words
-from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.pictures.naming import suite_words
+from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.scores import folds
 from drillrig_env.evaluation.tables import Scores, best_first
 from drillrig_env.figures.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
@@ -32,7 +32,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for panel, policy in zip(panels.flat, policies, strict=False):
         _outcomes(panel, scores[policy])
-        panel.set_title(f"{named(policy, results.told)}: {scores[policy]['mitigated'].mean():.1%}")
+        panel.set_title(f"{label(policy, results.marks)}: {scores[policy]['mitigated'].mean():.1%}")
     for panel in panels.flat[len(policies) :]:
         panel.set_visible(False)
     for column in range(columns):
@@ -46,7 +46,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     caption = (
         f"Who mitigates what, {suite_words(results, suite)}; the share behind a name is that of mitigated rigs. "
         "Lines: critical speed and fold of the nominal friction; those of a rig lie elsewhere, as its friction does. "
-        "* told what the sensors do not show."
+        f"{MARKS}."
     )
     return Picture(figure, caption)
 
