@@ -30,7 +30,8 @@ figures: $(READY)  ## The chapter's figures and the bistable region, from the pr
 	$(BIN)/python -m drillrig_env.figures
 
 results: $(READY)  ## Every policy on every suite, and the page of results; about half an hour
-	$(BIN)/python eval.py --slow --output results/state --reference soft_torque --no-pictures
+	$(BIN)/python eval.py mppi --suite default --output results/state --no-pictures
+	$(BIN)/python eval.py --output results/state --reference soft_torque --no-pictures --resume
 	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures
 	$(BIN)/python -m drillrig_env.evaluation.page results/state results/surface
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import exp
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,7 +43,8 @@ class FeedForwardStart(Baseline):
 
     It is open-loop while it starts: below omega_c steady rotation is unstable, and it cannot hold the target by
     nature. At high loads the unstable band magnifies what the hold over a control step leaves of the plan.
-    The bit is not seen: torque into the string will do, the drive's estimate of it too.
+    The bit is not seen: torque into the string will do, the drive's estimate of it too. Tuned by
+    `python -m baselines.tune feed_forward_start --suites default` on training seeds.
     """
 
     channels = ("speed_reference", "speed_target", "top_speed")
@@ -50,23 +52,35 @@ class FeedForwardStart(Baseline):
     told = ("normal_force", "mu_s", "mu_k", "v_b")
     memory = 7  # phase; steps in it; torque and top speed, smoothed; mean square deviation; both as the start begins
 
+    tuned: ClassVar[dict[str, tuple[float, float]]] = {
+        "acceleration": (0.5, 2.0),
+        "build_up": (0.4, 2.0),
+        "beyond": (0.3, 2.5),
+        "margin": (0.05, 0.4),
+        "ease": (0.03, 0.3),
+    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
+        "state": {"acceleration": 1.45, "build_up": 0.517, "beyond": 1.1, "margin": 0.0821, "ease": 0.141}
+    }
+
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
         slew_limit: float = 2.0,
-        acceleration: float = 1.4,
-        build_up: float = 1.0,
-        beyond: float = 1.5,
-        margin: float = 0.2,
-        ease: float = 0.1,
+        acceleration: float | None = None,
+        build_up: float | None = None,
+        beyond: float | None = None,
+        margin: float | None = None,
+        ease: float | None = None,
         shaking: float = 0.5,
     ) -> None:
         super().__init__(sensors, rig, slew_limit)
-        self.haste = Haste(acceleration, build_up)
-        self.beyond = beyond
-        self.margin = margin
-        self.ease = ease
+        values = self._given_or_tuned(
+            acceleration=acceleration, build_up=build_up, beyond=beyond, margin=margin, ease=ease
+        )
+        self.haste = Haste(values["acceleration"], values["build_up"])
+        self.beyond, self.margin, self.ease = values["beyond"], values["margin"], values["ease"]
         self.shaking = shaking
         self._stiffness = self.rig.k_1 * self.rig.k_2 / (self.rig.k_1 + self.rig.k_2)
 
