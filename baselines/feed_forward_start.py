@@ -23,6 +23,7 @@ _SMOOTHING_TIME = 0.5  # s, of torque and top speed
 _SMOOTHING = 1.0 - exp(-CONTROL_PERIOD / _SMOOTHING_TIME)
 _UNREST = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of its mean square deviation; about one stick-slip period
 _STANDING = 0.05  # rad/s, of the speed reference
+_LEAST_DROP = 0.06  # N m; noise alone must not look like shaking
 _SETTLING = 3.0  # s from standstill of the drive until bit and collars have come to rest
 
 
@@ -126,6 +127,7 @@ class FeedForwardStart(Baseline):
         steady = np.asarray(friction.torque(self.rig, np.maximum(reference, self.rig.omega_s))) + self.rig.T_r2
         memory[:, _SQUARE] += _UNREST * ((torque - steady) ** 2 - memory[:, _SQUARE])
         drop = self.rig.r_1 * np.asarray(friction.normal_force) * (np.asarray(friction.mu_s) - friction.mu_k)
+        drop = np.maximum(drop, _LEAST_DROP)
         hold, stop = memory[:, _PHASE] == _HOLD, memory[:, _PHASE] == _STOP
         unrest = hold & (memory[:, _SQUARE] > (self.shaking * drop) ** 2)
         stopping = unrest | (hold & fresh & (reference < _STANDING))

@@ -28,6 +28,7 @@ from drillrig_env.rig import Rig
 
 _SUBSTEPS = 50
 _STEP = CONTROL_PERIOD / _SUBSTEPS
+_LEAST_STATIC = 1e-6  # N m; without a load there is nothing to wind up
 _AFTERWARDS = 3.0
 """How long the plan goes on at its final speed, s: until the speed loop has nearly settled."""
 
@@ -62,7 +63,7 @@ def startup_plan(
     integrator unloads. `contact` is N_1 (N), mu_s, mu_k and v_b (s/rad).
     """
     friction = Friction(*contact)
-    static = contact[0] * rig.r_1 * contact[1]
+    static = max(contact[0] * rig.r_1 * contact[1], _LEAST_STATIC)
     rate = rig.J_1 * haste.acceleration * np.pi / (2.0 * haste.build_up)
     stiffness = rig.k_1 * rig.k_2 / (rig.k_1 + rig.k_2)
     torque = min(torque, static)

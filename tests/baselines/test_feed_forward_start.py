@@ -74,3 +74,12 @@ def test_reaches_its_mark_on_random_rigs_above_the_critical_speed():
 def test_refuses_sensors_without_torque():
     with pytest.raises(ValueError, match=r"FeedForwardStart reads one of .*string_torque.* would do: state, surface"):
         FeedForwardStart("encoders")
+
+
+@pytest.mark.parametrize("start", ["steady", "rest"])
+def test_a_rig_without_load_is_brought_to_its_target_and_left_alone(start):
+    info, references = play(
+        FeedForwardStart("surface"), {"normal_force": 0.0, "speed_target": 3.0, "start": start, "load_steps": []}
+    )
+    assert info["is_success"]
+    assert references[-1] == pytest.approx(3.0, abs=0.05)
