@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from agents.progress import ShowProgress, read_progress
-from agents.run_folder import CHECKPOINT, load_policy
+from agents.run_folder import CHECKPOINT, load_policy, read_config
 from agents.training import Training, resume, train
 
 PPO = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 2}
@@ -107,7 +107,8 @@ def test_resume_continues_the_schedule(tmp_path, monkeypatch):
 
     monkeypatch.setattr(ShowProgress, "_on_rollout_end", rates)
     resume(folder, progress=False)
-    assert seen == pytest.approx([8e-4 * (1 - steps / 768) for steps in (384, 512, 640)])
+    first = float(read_config(folder)["hyperparameters"]["learning_rate"].removeprefix("lin_"))
+    assert seen == pytest.approx([first * (1 - steps / 768) for steps in (384, 512, 640)])
     assert read_progress(folder)["steps"] == 768
 
 
