@@ -29,7 +29,7 @@ lint: $(READY)
 figures: $(READY)  ## The chapter's figures and the bistable region, from the project's own code
 	$(BIN)/python -m drillrig_env.figures
 
-results: $(READY)  ## Every policy on every suite, and the page of results; about half an hour
+results: $(READY)  ## Every policy on every suite, and the page of results; about a quarter of an hour
 	$(BIN)/python eval.py mppi --suite default --output results/state --no-pictures
 	$(BIN)/python eval.py --output results/state --reference soft_torque --no-pictures --resume
 	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures

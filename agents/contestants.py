@@ -9,17 +9,18 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import baselines
 import drillrig_env
-from agents.agent import Agent
-from agents.run_folder import find_run, is_run, load_policy, read_config, shipped
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.evaluation.field import Contestant, Failure
 from drillrig_env.evaluation.runner import Policy
 from drillrig_env.evaluation.suites import SUITES, Suite
 from drillrig_env.parameters import closest
+
+if TYPE_CHECKING:
+    from agents.agent import Agent
 
 
 def find_field(
@@ -31,7 +32,7 @@ def find_field(
     suit, or that is slow while `slow` is false, is then left out; `say` is called with a line that says why.
     """
     contestants, failures = [], []
-    for name in names or [*baselines.BASELINES, *shipped()]:
+    for name in names or [*baselines.BASELINES, *_shipped()]:
         if not (names or slow) and name in baselines.BASELINES and baselines.BASELINES[name].slow:
             say(f"{name} is left out: it is slow; --slow lets it in")
             continue
@@ -98,6 +99,8 @@ def _from_class(label: str, policy: type, env: Mapping[str, Any], about: Mapping
 
 def _from_runs(name: str, label: str, env_id: str) -> Contestant:
     """A trained agent, or all seeds of one algorithm in a folder, seen through the environment's own sensors."""
+    from agents.run_folder import find_run, is_run, load_policy, read_config, shipped
+
     seeds = sorted(path for path in Path(name).glob("*") if is_run(path))
     if not is_run(name) and not seeds and name not in shipped():
         known = [*baselines.BASELINES, *shipped()]
@@ -119,6 +122,13 @@ def _from_runs(name: str, label: str, env_id: str) -> Contestant:
     env = {"sensors": wanted.names, "noise": shown.noise, "delay": shown.delay}
     gains = next(iter(agents.values())).drive_gains
     return Contestant(label, members, env, (), gains, {"kind": "run", "configs": configs})
+
+
+def _shipped() -> list[str]:
+    """The agents that come with the package; PyTorch takes seconds to import, and only agents need it."""
+    from agents.run_folder import shipped
+
+    return shipped()
 
 
 def _for_suite(policy: type[baselines.Baseline], sensors: str, suite: Suite) -> Policy:
