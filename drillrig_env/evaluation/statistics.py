@@ -25,9 +25,6 @@ class Estimate:
     count: int
 
 
-Statistic = Callable[[npt.NDArray[Any]], Estimate]
-
-
 def rate(outcomes: npt.NDArray[np.bool_]) -> Estimate:
     """Share of true outcomes, with Wilson's interval."""
     count = len(outcomes)
