@@ -13,8 +13,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 
 from agents.agent import Agent, Memory
 from agents.environment import batch_of
-from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.evaluation.suites import SLEW_LIMIT
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 
 REACH = 2.0
 """How far from the target the speed reference may be asked for, rad/s."""

@@ -11,8 +11,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.environment import environment_arguments
 from agents.frames import no_frames, push
+from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import Sensors
-from drillrig_env.evaluation.suites import SLEW_LIMIT
 
 Memory = tuple[np.ndarray, ...] | None
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
@@ -40,7 +40,7 @@ class Baseline(ABC):
     slow: ClassVar[bool] = False
 
     def __init__(
-        self, sensors: str | tuple[str, ...] = "state", rig: Rig | None = None, slew_limit: float = 2.0
+        self, sensors: str | tuple[str, ...] = "state", rig: Rig | None = None, slew_limit: float = SLEW_LIMIT
     ) -> None:
         self.sensors = Sensors.named(sensors)
         self.rig = rig or Rig()

@@ -10,7 +10,7 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.startup_plan import Haste, startup_plan
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.rig import Rig
@@ -68,7 +68,7 @@ class FeedForwardStart(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         acceleration: float | None = None,
         build_up: float | None = None,
         beyond: float | None = None,

@@ -16,7 +16,7 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.string_torque import MEMORY, OSCILLATION_MEMORY, TORQUE_SHOWN, oscillation, torque_deviation
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.model import jacobian, state_equations
@@ -51,7 +51,7 @@ class JumpEase(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         margin: float = 0.1,
         beyond: float = 0.1,
         shaking: float = 0.1,

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from baselines.jump_ease import JumpEase
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import fold_speed
@@ -52,7 +52,7 @@ class JumpEaseEstimated(JumpEase):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         spread: float = 0.1,
     ) -> None:
         super().__init__(sensors, rig, slew_limit)

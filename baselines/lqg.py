@@ -14,7 +14,7 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import FloatArray, Friction
@@ -93,7 +93,7 @@ class LQG(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         twisting: float | None = None,
         effort: float | None = None,
         share: float | None = None,

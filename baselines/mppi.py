@@ -14,7 +14,7 @@ import numpy as np
 from baselines.baseline import Baseline
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env.env.core import RigBatch
-from drillrig_env.env.kernel import CONTROL_PERIOD, RIG
+from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import FloatArray, Friction
@@ -86,7 +86,7 @@ class MPPI(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         samples: int = 32,
         temperature: float = 0.05,
         spread: tuple[float, ...] = (0.1, 0.3, 0.8),

@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from baselines.baseline import Baseline
+from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.friction import FloatArray
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
@@ -36,7 +37,7 @@ class SoftTorque(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         proportional: float | None = None,
         integral: float | None = None,
     ) -> None:

@@ -17,7 +17,7 @@ from baselines.string_torque import (
     oscillation,
     torque_deviation,
 )
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
 
@@ -56,7 +56,7 @@ class SpeedPulse(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         strength: float | None = None,
         phase: float | None = None,
         length: float | None = None,

@@ -17,7 +17,7 @@ from baselines.string_torque import (
     oscillation,
     torque_deviation,
 )
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
 
@@ -63,7 +63,7 @@ class ZTorque(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: Rig | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         gain: float | None = None,
         time_constant: float | None = None,
         lead: float | None = None,

@@ -14,9 +14,9 @@ import baselines
 from agents.pictures.one_rig import TypicalRig, typical_rig
 from agents.run_folder import TRAINED, load_policy
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import LIMIT, Sensors
 from drillrig_env.evaluation.runner import Policy
-from drillrig_env.evaluation.suites import SLEW_LIMIT
 from drillrig_env.figures.style import BIT_SPEED, DARK, Picture, new_figure
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig

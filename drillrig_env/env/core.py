@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, observe_rigs, settle_rigs, step_rigs
+from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, SLEW_LIMIT, observe_rigs, settle_rigs, step_rigs
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, UNIFORMS, Draws, Scenario, check_pins
 from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME, Sensors
@@ -41,7 +41,7 @@ class RigBatch:
         scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         duration: float = 60.0,
         threads: int | None = None,
         *,

@@ -23,6 +23,9 @@ from drillrig_env.stick_slip import STUCK_SPEED
 CONTROL_PERIOD = 0.1
 """Length of a control step, over which the speed reference is held constant, s."""
 
+SLEW_LIMIT = 2.0
+"""Largest rate of the speed reference unless another is asked for, rad/s^2: what the action 1 stands for."""
+
 _CHANNELS = len(CHANNELS)
 Past = npt.NDArray[np.float32]
 

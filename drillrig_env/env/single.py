@@ -12,7 +12,7 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
 from drillrig_env.env.core import RigBatch
-from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import LIMIT
@@ -147,7 +147,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         duration: float = 60.0,
         render_mode: str | None = None,
         *,

@@ -14,6 +14,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from drillrig_env.env.core import Observations, RigBatch
+from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import LIMIT
@@ -40,7 +41,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
-        slew_limit: float = 2.0,
+        slew_limit: float = SLEW_LIMIT,
         duration: float = 60.0,
         threads: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,

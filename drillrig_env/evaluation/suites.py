@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.parameters import closest, refuse
 
 EVALUATION_SEEDS = 1_000_000_000
 """Rig i of a suite has the seed EVALUATION_SEEDS + i; training takes seeds below only."""
-
-SLEW_LIMIT = 2.0
-"""Slew limit of the speed reference (rad/s^2) where a suite sets no other."""
 
 
 @dataclass(frozen=True, eq=False)
