@@ -13,22 +13,20 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvObs, VecEnvStepR
 
 from agents.agent import Agent, Memory
 from agents.environment import batch_of
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
+from drillrig_env.env.core import rate_action
 
 REACH = 2.0
 """How far from the target the speed reference may be asked for, rad/s."""
 
 
-def rate_towards(
+def rates_of(
     actions: npt.NDArray[np.float32], reference: np.ndarray, target: np.ndarray, slew_limit: float
 ) -> npt.NDArray[np.float32]:
-    """The rate action, -1 to 1, shape (n, 1), that leads to omega* + REACH a.
+    """The rate actions, shape (n, 1), that lead to omega* + REACH a.
 
     `actions` has shape (n, 1); `reference` and `target` (rad/s) have shape (n,); `slew_limit` is in rad/s^2.
     """
-    wanted = target[:, None] + REACH * np.clip(actions, -1.0, 1.0)
-    rates = (wanted - reference[:, None]) / (slew_limit * CONTROL_PERIOD)
-    return np.asarray(np.clip(rates, -1.0, 1.0), dtype=np.float32)
+    return rate_action(target + REACH * np.clip(actions[:, 0], -1.0, 1.0), reference, slew_limit)
 
 
 class AbsoluteAction(VecEnvWrapper):
@@ -37,7 +35,7 @@ class AbsoluteAction(VecEnvWrapper):
     def step_async(self, actions: np.ndarray) -> None:
         """Turn the actions, shape (num_envs, 1), into rates and pass them on."""
         core = batch_of(self.venv).core
-        rates = rate_towards(actions, core.rigs["speed_reference"], core.rigs["speed_target"], core.slew_limit)
+        rates = rates_of(actions, core.rigs["speed_reference"], core.rigs["speed_target"], core.slew_limit)
         self.venv.step_async(rates)
 
     def reset(self) -> VecEnvObs:
@@ -52,22 +50,13 @@ class AbsoluteAction(VecEnvWrapper):
 class AbsoluteAgent(Agent):
     """An agent that was trained behind `AbsoluteAction`: its actions are turned into rates."""
 
-    def at_slew_limit(self, slew_limit: float) -> AbsoluteAgent:
-        """The same agent for an environment with this slew limit (rad/s^2)."""
-        agent = AbsoluteAgent(self.model, self.config)
-        agent._rate = super().at_slew_limit(slew_limit)._rate
-        return agent
-
-    def predict(
+    def _act(
         self,
         observation: npt.NDArray[np.float32],
-        state: Memory = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
+        state: Memory,
+        episode_start: npt.NDArray[np.bool_] | None,
+        deterministic: bool,
     ) -> tuple[np.ndarray, Memory]:
-        """Rate actions of shape (n, 1) for observations of shape (n, channels), and the next state."""
-        actions, memory = self._act(observation, state, episode_start, deterministic)
+        actions, memory = super()._act(observation, state, episode_start, deterministic)
         reference, target = (self.sensors.value(observation, name) for name in ("speed_reference", "speed_target"))
-        slew_limit = self.environment.get("slew_limit", SLEW_LIMIT)
-        rates = rate_towards(actions, reference, target, slew_limit)
-        return np.clip(self._rate * rates, -1.0, 1.0), memory
+        return rates_of(actions, reference, target, self.slew_limit), memory

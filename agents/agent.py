@@ -45,10 +45,15 @@ class Agent:
         gains: tuple[float, ...] | None = self.environment.get("drive_gains")
         return gains
 
+    @property
+    def slew_limit(self) -> float:
+        """The slew limit (rad/s^2) that the agent was trained with: what its action 1 stands for."""
+        return float(self.environment.get("slew_limit", SLEW_LIMIT))
+
     def at_slew_limit(self, slew_limit: float) -> Agent:
         """The same agent for an environment with this slew limit (rad/s^2): it wants the rates that it wanted."""
-        agent = Agent(self.model, self.config)
-        agent._rate = self.environment.get("slew_limit", SLEW_LIMIT) / slew_limit
+        agent = type(self)(self.model, self.config)
+        agent._rate = self.slew_limit / slew_limit
         return agent
 
     def predict(

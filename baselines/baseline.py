@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
+from drillrig_env.env.core import rate_action
+from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
@@ -104,8 +105,7 @@ class Baseline(ABC):
         if self.told and not self._told:
             raise RuntimeError(f"{type(self).__name__} is told {', '.join(self.told)}: call tell(info) before predict")
         desired = self.desired_reference(seen, self._told, memory)
-        rate = (desired - seen["speed_reference"]) / (self.slew_limit * CONTROL_PERIOD)
-        actions = np.clip(rate, -1.0, 1.0).astype(np.float32)[:, None]
+        actions = rate_action(desired, seen["speed_reference"], self.slew_limit)
         return (actions if np.ndim(observation) == 2 else actions[0]), (memory,)
 
     @abstractmethod

@@ -10,6 +10,7 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.startup_plan import Haste, startup_plan
+from baselines.string_torque import torque_from_twist
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import FloatArray, Friction
@@ -145,4 +146,4 @@ class FeedForwardStart(Baseline):
         """Torque into the string (N m), from the drive's estimate or the upper shaft."""
         if "string_torque" in seen:
             return seen["string_torque"]
-        return -(self.rig.k_2 * seen["twist_23"] + self.rig.d_2 * (seen["collar_speed"] - seen["top_speed"]))
+        return torque_from_twist(self.rig, seen)

@@ -34,6 +34,11 @@ MEMORY = 3
 """Columns of memory that `torque_deviation` keeps: samples seen, deviation, last torque (or last x_4 - x_5)."""
 
 
+def torque_from_twist(rig: Rig, seen: Mapping[str, FloatArray]) -> FloatArray:
+    """T_s = -(k_2 x_2 + d_2 (x_4 - x_5)), N m, shape (n,), from the upper twist and the speeds at its ends."""
+    return -(rig.k_2 * seen["twist_23"] + rig.d_2 * (seen["collar_speed"] - seen["top_speed"]))
+
+
 def torque_deviation(rig: Rig, seen: Mapping[str, FloatArray], memory: FloatArray, time_constant: float) -> FloatArray:
     """Deviation of the torque into the string from its slow mean, N m, shape (n,).
 
@@ -45,7 +50,7 @@ def torque_deviation(rig: Rig, seen: Mapping[str, FloatArray], memory: FloatArra
     samples, last = memory[:, 0], memory[:, 2].copy()
     damping: FloatArray | float = 0.0
     if "twist_23" in seen and "collar_speed" in seen:
-        torque = -(rig.k_2 * seen["twist_23"] + rig.d_2 * (seen["collar_speed"] - seen["top_speed"]))
+        torque = torque_from_twist(rig, seen)
         change = torque - last
         memory[:, 2] = torque
     elif "string_torque" in seen:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.utils import seeding
 
 from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, SLEW_LIMIT, observe_rigs, settle_rigs, step_rigs
 from drillrig_env.env.reward import TERMS, Reward
@@ -231,6 +232,20 @@ class RigBatch:
         found = cycling["start"] == STICK_SLIP
         fresh[indices[found]] = cycling[found]
         fresh["start"][indices[~found]] = STEADY
+
+
+def rate_action(wanted: FloatArray, reference: FloatArray, slew_limit: float) -> npt.NDArray[np.float32]:
+    """The action, -1 to 1, that takes the speed reference towards a wanted one (rad/s) within a control step; (n, 1).
+
+    `wanted` and `reference` have shape (n,); `slew_limit` is in rad/s^2.
+    """
+    rate = (wanted - reference) / (slew_limit * CONTROL_PERIOD)
+    return np.asarray(np.clip(rate, -1.0, 1.0), dtype=np.float32)[:, None]
+
+
+def generators_from(first_seed: int, count: int) -> list[np.random.Generator]:
+    """The generators of `count` rigs with the seeds `first_seed`, `first_seed` + 1, ..., as Gymnasium makes them."""
+    return [seeding.np_random(first_seed + i)[0] for i in range(count)]
 
 
 def check_delay(delay: int | tuple[int, int]) -> tuple[int, int]:
