@@ -7,15 +7,14 @@ that is kept away from the target winds up the integral of the drive's speed loo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 
 from agents.agent import Agent
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import RigBatch, generators_from
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS
+from drillrig_env.evaluation.runner import play
+from drillrig_env.evaluation.suites import EVALUATION_SEEDS, STICKING
 from drillrig_env.stick_slip import WINDOW, is_mitigated
 
 TIMES = (60.0, 120.0, 300.0, 600.0)
@@ -29,18 +28,14 @@ def endurance(agent: Agent, rigs: int = 200, times: Sequence[float] = TIMES) -> 
     """
     arguments = {**agent.environment, "duration": max(times), "scenario": "default"}
     core = RigBatch(rigs, **arguments)
-    generators = [seeding.np_random(EVALUATION_SEEDS + i)[0] for i in range(rigs)]
-    core.reset(np.arange(rigs), generators, {"start": "stick_slip", "load_steps": []})
+    core.reset(np.arange(rigs), generators_from(EVALUATION_SEEDS, rigs), STICKING)
     window = round(WINDOW / CONTROL_PERIOD)
     traces = np.zeros((3, window, rigs))
-    state: Any = None
     found = {}
-    for step in range(1, core.steps + 1):
-        actions, state = agent.predict(core.observations, state)
-        core.step(np.ascontiguousarray(actions, dtype=np.float32))
+    for step in play(agent, core):
         traces[:, step % window] = [core.rigs[name] for name in ("lowest", "highest", "average")]
         for time in times:
-            if step == round(time / CONTROL_PERIOD):
+            if step + 1 == round(time / CONTROL_PERIOD):
                 lowest, highest, mean = traces[0].min(axis=0), traces[1].max(axis=0), traces[2].mean(axis=0)
                 held = is_mitigated(lowest, highest, mean, core.rigs["speed_target"])
                 found[f"{time:g}"] = float(np.mean(held))

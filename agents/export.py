@@ -17,12 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 
 from agents.agent import Agent
 from agents.practice import PRACTICE_SEEDS
 from agents.run_folder import find_run, load_policy, shipped
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import RigBatch, generators_from
 
 TOLERANCE = 1e-5
 """Largest difference from the agent that an export may have, rad/s^2."""
@@ -98,7 +97,7 @@ def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
 
     session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
     core = RigBatch(episodes, **agent.environment)
-    core.reset(np.arange(episodes), [seeding.np_random(PRACTICE_SEEDS + i)[0] for i in range(episodes)])
+    core.reset(np.arange(episodes), generators_from(PRACTICE_SEEDS, episodes))
     memory = {
         item.name: np.zeros((episodes, item.shape[1]), np.float32)
         for item in session.get_inputs()

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.utils import seeding
 
 from agents.agent import Agent
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.evaluation.runner import play
+from drillrig_env.evaluation.suites import STICKING
 
 PRACTICE_SEEDS = 600_000_000
 """Rig i of the evaluation during training has the seed PRACTICE_SEEDS + i; training takes seeds below only."""
-
-_OPTIONS = {"start": "stick_slip", "load_steps": []}
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +33,8 @@ def practise(agent: Agent, arguments: Mapping[str, Any], rigs: int) -> Practice:
     `arguments` are those of `RigBatch`. No generator of the training is touched.
     """
     core = RigBatch(rigs, **arguments)
-    generators = [seeding.np_random(PRACTICE_SEEDS + i)[0] for i in range(rigs)]
-    core.reset(np.arange(rigs), generators, _OPTIONS)
-    returns, state, begins = np.zeros(rigs), None, np.ones(rigs, dtype=np.bool_)
-    for _ in range(core.steps):
-        actions, state = agent.predict(core.observations, state, begins)
-        begins = np.zeros(rigs, dtype=np.bool_)
-        core.step(np.ascontiguousarray(actions, dtype=np.float32))
+    core.reset(np.arange(rigs), generators_from(PRACTICE_SEEDS, rigs), STICKING)
+    returns = np.zeros(rigs)
+    for _ in play(agent, core):
         returns += core.rigs["reward"]
     return Practice(returns, core.mitigated, core.steps)

@@ -7,23 +7,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 from matplotlib.axes import Axes
 
 import baselines
 from agents.run_folder import TRAINED, load_policy
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import RigBatch, generators_from
 from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.evaluation.histories import typical_rigs
 from drillrig_env.evaluation.runner import Episodes, Policy, run
-from drillrig_env.evaluation.scores import time_to_calm
-from drillrig_env.evaluation.suites import default_suite
+from drillrig_env.evaluation.scores import describe, time_to_calm
+from drillrig_env.evaluation.suites import STICKING, default_suite
 from drillrig_env.figures.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
 from drillrig_env.friction import Friction
-from drillrig_env.rig import Rig
-from drillrig_env.stability import critical_slope, critical_speed
 
 RIVALS = ("soft_torque", "z_torque", "jump_ease")
 _SHOWN = 40.0  # s of the episode
+_CONTACT = ("normal_force", "mu_s", "mu_k", "v_b")
 
 
 @dataclass(frozen=True)
@@ -50,18 +49,14 @@ def typical_rig() -> TypicalRig:
     """Of the rigs of `default` below their critical speed, the one of median hardness."""
     suite = default_suite()
     core = RigBatch(suite.rigs, scenario=suite.scenario)
-    generators = [seeding.np_random(suite.first_seed + i)[0] for i in range(suite.rigs)]
-    core.reset(np.arange(suite.rigs), generators, {"start": "steady", "load_steps": []})
-    rigs, rig = core.rigs, Rig()
-    friction = Friction(*(rigs[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
-    target = rigs["speed_target"]
-    omega_c = np.asarray(critical_speed(rig, friction))
-    hardness = np.asarray(friction.slope(rig, target)) / critical_slope(rig)
-    below = np.flatnonzero(target < omega_c)
-    order = np.argsort(hardness[below], kind="stable")
-    place = int(below[order[len(order) // 2]])
-    own = Friction(*(float(rigs[name][place]) for name in ("normal_force", "mu_s", "mu_k", "v_b")))
-    return TypicalRig(place, own, float(target[place]), float(omega_c[place]), float(hardness[place]))
+    options = {**STICKING, "start": "steady"}  # no start needs to be run to know the rigs
+    core.reset(np.arange(suite.rigs), generators_from(suite.first_seed, suite.rigs), options)
+    friction = Friction(*(core.rigs[name] for name in _CONTACT))
+    rigs = describe(core.rig, friction, core.rigs["speed_target"])
+    place = typical_rigs(rigs)["below"]
+    own = {name: float(values[place]) for name, values in rigs.items() if name != "region"}
+    contact = Friction(*(own[name] for name in _CONTACT))
+    return TypicalRig(place, contact, own["speed_target"], own["critical_speed"], own["hardness"])
 
 
 def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:

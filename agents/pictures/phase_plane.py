@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 from matplotlib.axes import Axes
 
 import baselines
 from agents.pictures.one_rig import TypicalRig, typical_rig
 from agents.run_folder import TRAINED, load_policy
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import RigBatch, generators_from
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import LIMIT, Sensors
 from drillrig_env.evaluation.runner import Policy
+from drillrig_env.evaluation.suites import STICKING
 from drillrig_env.figures.style import BIT_SPEED, DARK, Picture, new_figure
 from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
@@ -119,9 +119,9 @@ def stick_slip_cycle(typical: TypicalRig) -> tuple[FloatArray, FloatArray]:
 def _begin(typical: TypicalRig, start: str, arguments: Mapping[str, Any]) -> RigBatch:
     """The rig alone at the beginning of an episode."""
     core = RigBatch(1, **arguments)
-    options: dict[str, Any] = {"start": start, "load_steps": [], "speed_target": typical.speed_target}
+    options: dict[str, Any] = {**STICKING, "start": start, "speed_target": typical.speed_target}
     options |= {name: getattr(typical.friction, name) for name in ("normal_force", "mu_s", "mu_k", "v_b")}
-    core.reset(np.arange(1), [seeding.np_random(0)[0]], options)
+    core.reset(np.arange(1), generators_from(0, 1), options)
     return core
 
 

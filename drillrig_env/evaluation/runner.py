@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.utils import seeding
 
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import RigBatch, generators_from
 from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import FloatArray, Friction
@@ -62,6 +61,23 @@ class Episodes:
     reward: FloatArray
 
 
+def play(policy: Policy, core: RigBatch) -> Iterator[int]:
+    """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
+
+    A policy that names in `told` what it must be told gets `info` before each step. `ValueError` for
+    actions of another shape or NaN.
+    """
+    told = bool(getattr(policy, "told", ()))
+    state, begins = None, np.ones(len(core), dtype=np.bool_)
+    for step in range(core.steps):
+        if told:
+            policy.tell(core.info())  # type: ignore[attr-defined]
+        actions, state = policy.predict(core.observations, state, begins, deterministic=True)
+        begins = np.zeros(len(core), dtype=np.bool_)
+        core.step(check_actions(actions, len(core)))
+        yield step
+
+
 def run(
     policy: Policy,
     suite: Suite,
@@ -74,27 +90,19 @@ def run(
 ) -> Episodes:
     """Let a policy face every rig of a suite, all at once, for one episode each.
 
-    A policy that names in `told` what it must be told gets `info` before each step. `progress` is
-    called with the steps done and the steps in all. The environment is made with `env` (`reward`,
+    `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
     `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive_gains`.
     """
     arguments = {**env, **suite.env, "drive_gains": getattr(policy, "drive_gains", None)}
     core = RigBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
-    generators = [seeding.np_random(suite.first_seed + i)[0] for i in range(suite.rigs)]
+    generators = generators_from(suite.first_seed, suite.rigs)
     first = 0
     for count, options in suite.groups:
         core.reset(np.arange(first, first + count), generators, options)
         first += count
     start = np.array(core.starts(np.arange(suite.rigs)))
     traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}
-    told = bool(getattr(policy, "told", ()))
-    state, begins = None, np.ones(suite.rigs, dtype=np.bool_)
-    for step in range(core.steps):
-        if told:
-            policy.tell(core.info())  # type: ignore[attr-defined]
-        actions, state = policy.predict(core.observations, state, begins, deterministic=True)
-        begins = np.zeros(suite.rigs, dtype=np.bool_)
-        core.step(check_actions(actions, suite.rigs))
+    for step in play(policy, core):
         for name in _TRACES:
             traces[name][:, step] = core.rigs[name]
         traces["top_speed"][:, step] = core.rigs["state"][:, STATE_NAMES.index("top_speed")]

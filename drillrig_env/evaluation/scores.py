@@ -36,32 +36,41 @@ HARDNESS_EDGES = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 20.0)
 """Edges of the bins of the hardness q in which results are reported; q < 1 is above the critical speed."""
 
 
-def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
-    """Every score of SCORES, an entry an episode, after what describes the episode's rig.
+def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:
+    """What tells rigs apart: target and friction, the borders that follow from them, and which side of these they lie.
 
-    `region` splits at the critical speed omega_c and at the fold, both of the friction at the episode's
-    end (see `REGIONS` and `folds`); `hardness` is q, the negative friction slope at the target over the
-    slope that the drive can bear.
+    `region` splits at the critical speed omega_c and at the fold (see `REGIONS` and `folds`); `hardness`
+    is q, the negative friction slope at the target over the slope that the drive can bear. `target`
+    (rad/s) and all entries have shape (n,).
     """
-    target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
     omega_c = np.broadcast_to(critical_speed(rig, friction), target.shape)
     fold = np.broadcast_to(folds(rig, friction), target.shape)
-    steady_torque = string_torque(rig, steady_state(rig, friction, target))
-    window = round(WINDOW / CONTROL_PERIOD)
-    lowest = episodes.lowest[:, -window:].min(axis=1)
-    highest = episodes.highest[:, -window:].max(axis=1)
-    mean = episodes.average[:, -window:].mean(axis=1)
     return {
         "speed_target": target,
         "normal_force": np.asarray(friction.normal_force),
         "mu_s": np.asarray(friction.mu_s),
         "mu_k": np.asarray(friction.mu_k),
         "v_b": np.asarray(friction.v_b),
-        "start": episodes.start,
         "critical_speed": omega_c,
         "fold": fold,
         "region": np.select([target < omega_c, target < fold], ["below", "bistable"], "above"),
         "hardness": -np.asarray(friction.slope(rig, target)) / -critical_slope(rig),
+    }
+
+
+def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
+    """Every score of SCORES, an entry an episode, after what describes the episode's rig at its end."""
+    target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
+    steady_torque = string_torque(rig, steady_state(rig, friction, target))
+    window = round(WINDOW / CONTROL_PERIOD)
+    lowest = episodes.lowest[:, -window:].min(axis=1)
+    highest = episodes.highest[:, -window:].max(axis=1)
+    mean = episodes.average[:, -window:].mean(axis=1)
+    described = describe(rig, friction, target)
+    return {
+        **{name: described[name] for name in ("speed_target", "normal_force", "mu_s", "mu_k", "v_b")},
+        "start": episodes.start,
+        **{name: described[name] for name in ("critical_speed", "fold", "region", "hardness")},
         "ssi": stick_slip_index(lowest, highest, mean),
         "calm": is_calm(lowest, highest, mean),
         "mitigated": is_mitigated(lowest, highest, mean, target),

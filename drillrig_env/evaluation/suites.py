@@ -16,6 +16,10 @@ EVALUATION_SEEDS = 1_000_000_000
 """Rig i of a suite has the seed EVALUATION_SEEDS + i; training takes seeds below only."""
 
 
+STICKING: dict[str, Any] = {"start": "stick_slip", "load_steps": []}
+"""The reset options of an episode from developed stick-slip at a constant normal force."""
+
+
 @dataclass(frozen=True, eq=False)
 class Suite:
     """Rigs to face. `groups` lists how many rigs share which reset options, in the rigs' order.
@@ -130,7 +134,7 @@ def suite(name: str, rigs: int = 1000) -> Suite:
 
 
 def _sticking(rigs: int) -> tuple[tuple[int, dict[str, Any]], ...]:
-    return ((rigs, {"start": "stick_slip", "load_steps": []}),)
+    return ((rigs, STICKING),)
 
 
 def _plain(value: Any) -> Any:

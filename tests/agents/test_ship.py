@@ -102,7 +102,7 @@ def test_endurance_after_the_length_of_an_episode_is_the_verdict_of_the_episode(
 
         environment = load_policy(trained / "ppo").environment | {"drive_gains": SoftTorque().drive_gains}
 
-        def predict(self, observation, state=None):
+        def predict(self, observation, state=None, episode_start=None, deterministic=True):
             return np.zeros((len(observation), 1), np.float32), None
 
     held = endurance(SetPoint(), 40, (20.0, 60.0, 120.0))
