@@ -9,7 +9,7 @@ import numpy as np
 
 from drillrig_env.compiled import Records, compiled
 from drillrig_env.friction import FloatArray, Friction, Quantity
-from drillrig_env.ladder import LONGEST_PERIOD, STATE, UNITS, ladder
+from drillrig_env.ladder import LONGEST_PERIOD, STATE, TOLERANCE, UNITS, ladder
 from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 from drillrig_env.propagator import WORKSPACE, advance
@@ -25,12 +25,14 @@ def simulate_batch(
     duration: float = 30.0,
     sample_period: float = 0.1,
     threads: int | None = None,
+    tolerance: float = TOLERANCE,
 ) -> FloatArray:
     """Simulate many rigs at once with the fast stepper; their states, shape (rigs, samples, 7).
 
     `friction`, `speed_reference` (rad/s) and `initial_state` ((7,) or (rigs, 7)) have one entry a rig,
-    or one for all; the first sample is the start, times are in s. `threads`: default all cores. Each
-    rig comes out bit for bit as from `simulate`, whatever its company and the number of threads.
+    or one for all; the first sample is the start, times are in s. `threads`: default all cores;
+    `tolerance` as for `simulate`. Each rig comes out bit for bit as from there, whatever its company and
+    the number of threads.
 
     >>> import numpy as np
     >>> simulate_batch(None, Friction(np.linspace(5, 30, 100)), speed_reference=3.0).shape
@@ -58,6 +60,7 @@ def simulate_batch(
         periods=samples * parts,
         every=parts,
         threads=threads,
+        tolerance=tolerance,
     )
     return np.concatenate([start[:, None], states], axis=1)
 
@@ -72,6 +75,7 @@ def advance_batch(
     periods: int = 1,
     every: int = 1,
     threads: int | None = 1,
+    tolerance: float = TOLERANCE,
 ) -> FloatArray:
     """Advance rigs that share `rig` by a number of periods (s) of constant speed reference.
 
@@ -80,7 +84,7 @@ def advance_batch(
     bit the same for a batch as for its rigs one at a time, and for any number of `threads`.
     """
     rigs = states.shape[0]
-    tables = ladder(rig, period)
+    tables = ladder(rig, period, tolerance)
     contact = friction.as_array(rigs)
     reference = np.ascontiguousarray(np.broadcast_to(np.asarray(speed_reference, dtype=float), rigs))
     result = np.empty((rigs, periods // every, 7))

@@ -14,15 +14,9 @@ from drillrig_env.friction import FloatArray, torque_in_zone
 from drillrig_env.ladder import NODES, POWERS_FROM_NODES, RADAU_NODES, SAMPLES, STATE
 
 _NEWTON_LIMIT = 8
-_NEWTON_TOLERANCE = 1e-9
-"""Largest error (N m) of the linearised T_r1 at a node: half of T_r1'' step^2, where T_r1'' = -v_b T_r1'."""
 
 _CLEARLY_BEYOND = 0.02
 """An iterate this far (rad/s) beyond the kink means that the step crosses it."""
-
-_DEFECT = 1e-5
-"""Largest distance (N m) of T_r1 at the start of a step from the cubic through its node values. The
-start is no node, so the distance tells how well a cubic follows T_r1."""
 
 _CROSSING_TOLERANCE = 1e-9
 """Newton's last step in search of a crossing, as a share of the step."""
@@ -69,6 +63,8 @@ def solve_nodes(
     Unless `fine` the place of a kink is a guess, good for choosing shorter steps. Newton's method
     begins from the law's tangent at the start. The other arguments are those of `advance`; `zone` is
     the piece of the law, `table` the tables of the step's length.
+
+    Newton's error is that of the linearised T_r1 at a node: half of T_r1'' step^2, with T_r1'' = -v_b T_r1'.
     """
     start = y[2] + speed_reference
     torque, slope = torque_in_zone(zone, start, static, kinetic, v_b, omega_s)
@@ -79,8 +75,8 @@ def solve_nodes(
         work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
         error = 0.5 * v_b * _newton_step(table, work)
-        if zone == 0 or error < _NEWTON_TOLERANCE:
-            return _reach(start, torque, zone, omega_s, work, fine)
+        if zone == 0 or error < table.newton_tolerance:
+            return _reach(start, torque, zone, omega_s, table, work, fine)
         for j in range(NODES):
             if not fine and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
                 return _crossing(start, zone, omega_s, work, fine)
@@ -125,14 +121,18 @@ def _newton_step(table: Record, work: Record) -> float:
 
 
 @inlined
-def _reach(start: float, torque: float, zone: int, omega_s: float, work: Record, fine: bool) -> float:
-    """The share of a solved step over which its solution holds, as `solve_nodes` returns it."""
+def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record, work: Record, fine: bool) -> float:
+    """The share of a solved step over which its solution holds, as `solve_nodes` returns it.
+
+    The start of a step is no node, so how far T_r1 there lies from the cubic through its node values (the
+    defect, N m) tells how well a cubic follows T_r1.
+    """
     lowest = highest = work.speed[0]
     defect = torque - POWERS_FROM_NODES[0, 0] * work.torque[0]
     for j in range(1, NODES):
         lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
         defect -= POWERS_FROM_NODES[0, j] * work.torque[j]
-    rough = abs(defect) > _DEFECT
+    rough = abs(defect) > table.largest_defect
     if fine and rough:
         return 0.0
     nearest = lowest if zone == 1 else -highest

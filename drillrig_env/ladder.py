@@ -24,6 +24,7 @@ from scipy.linalg import expm
 
 from drillrig_env.friction import FloatArray
 from drillrig_env.model import friction_input, frictionless_state, jacobian, string_torque
+from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 
 NODES = 4
@@ -35,7 +36,12 @@ SAMPLES = 16
 """Samples of bit speed and string torque taken inside a period, at equal distances."""
 
 LONGEST_PERIOD = 0.1
-"""Longest period (s) that the default accuracy, 1e-6 rad/s over 20 s, was established for."""
+"""Longest period (s) that the tolerances were established for."""
+
+TOLERANCE = 1e-6
+"""What the error of any speed (rad/s) stays below over 20 s, unless another tolerance is asked for."""
+
+_TOLERANCES = (1e-7, 1e-3)
 
 SAMPLED_RUNGS = 4
 """The longest steps, of the rungs below this one, span several samples and have tables for them."""
@@ -63,6 +69,8 @@ RUNG = np.dtype(
         ("state_from_torque", "f8", (NODES, STATE)),
         ("rate_from_state", "f8", (7, STATE)),
         ("rate_from_torque", "f8", STATE),
+        ("largest_defect", "f8"),  # N m, of a step that is taken
+        ("newton_tolerance", "f8"),  # N m
     ],
     align=True,
 )
@@ -82,7 +90,7 @@ SAMPLING = np.dtype(
 
 @dataclass(frozen=True, eq=False)
 class Ladder:
-    """The tables of one rig for one period of held speed reference.
+    """The tables of one rig for one period of held speed reference, and how accurately to use them.
 
     `rungs` and `sampling` hold the tables, a record a rung; a frictionless equilibrium is
     `shift[0] + shift[1] * omega_ref`.
@@ -96,11 +104,21 @@ class Ladder:
 
 
 @lru_cache(maxsize=64)
-def ladder(rig: Rig, period: float) -> Ladder:
-    """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD."""
+def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
+    """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
+
+    `tolerance` (rad/s) is what the error of any speed stays below over 20 s: 1e-7 to 1e-3. The bounds on
+    a step's errors that keep it there were found by trial, with a margin of 2 or more (see the tests).
+    Raises `ValueError` for a value that is not allowed.
+    """
+    low, high = _TOLERANCES
+    if not low <= tolerance <= high:
+        raise refuse("simulate", "tolerance", tolerance, "rad/s", f"{low} to {high}")
     if not 0.0 < period <= LONGEST_PERIOD:
         raise ValueError(f"ladder: period = {period} s is not allowed; allowed: > 0 and <= {LONGEST_PERIOD} s")
     rungs = np.zeros(RUNGS, dtype=RUNG)
+    share = tolerance / TOLERANCE
+    rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5, share * 1e-9
     sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
     speed_row, torque_row = np.eye(7)[2], string_torque(rig, np.eye(7))
     for r in range(RUNGS):

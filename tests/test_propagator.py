@@ -22,6 +22,20 @@ def test_error_of_every_speed_stays_below_a_millionth(case, sample_period, allow
     assert np.abs(run.state[::every, 2:5] - REFERENCE[case]).max() <= allowed
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_error_stays_below_the_tolerance_that_is_asked_for(tolerance):
+    errors = [
+        np.abs(simulate(sample_period=LONGEST_PERIOD, tolerance=tolerance, **arguments(*case)).state[:, 2:5] - speeds)
+        for case, speeds in REFERENCE.items()
+    ]
+    assert max(error.max() for error in errors) <= tolerance
+
+
+def test_tolerance_out_of_range_is_refused():
+    with pytest.raises(ValueError, match=r"tolerance = 1e-09 rad/s is not allowed; allowed: 1e-07 to 0\.001"):
+        simulate(tolerance=1e-9)
+
+
 def test_published_values_of_a_stick_slip_run():
     start = (0.0, 0.0, 2.0, 2.0, 2.0, 0.5, 0.0)
     run = simulate(friction=Friction(20.0), initial_state=start, speed_reference=2.0, duration=20.0)
