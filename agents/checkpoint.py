@@ -41,7 +41,7 @@ def save_checkpoint(path: Path, model: BaseAlgorithm) -> None:
     arrays: Arrays = {
         "model": np.frombuffer(saved.getvalue(), dtype=np.uint8),
         "torch": torch.get_rng_state().numpy(),
-        "generators": np.array(json.dumps(_generators(model, env))),
+        "generators": np.array(json.dumps(_generators(model))),
         "numpy": _numpy_generator().state["state"]["key"],
     }
     arrays.update({f"env.{name}": value for name, value in _environment_arrays(env).items()})
@@ -70,7 +70,7 @@ def load_checkpoint(path: Path, algorithm: str, env: VecEnv) -> BaseAlgorithm:
         _fill(buffer, arrays)
     for i, tensor in enumerate(_recurrent_state(model)):
         tensor.copy_(torch.from_numpy(arrays[f"lstm.{i}"]))
-    _restore_generators(model, env, json.loads(str(arrays["generators"])), arrays)
+    _restore_generators(model, json.loads(str(arrays["generators"])), arrays)
     return model
 
 
@@ -78,19 +78,18 @@ def _environment_arrays(env: VecEnv) -> Arrays:
     """Every array that the environment keeps between steps, by name; to be read or written in place."""
     batch = batch_of(env)
     found = {}
-    for owner, thing in (("env", batch), ("core", batch.core)):
+    for owner, thing in (("env", batch), ("core", batch.core), ("generators", batch._generators)):
         found.update({f"{owner}.{name}": value for name, value in vars(thing).items() if isinstance(value, np.ndarray)})
     if isinstance(env, VecFrameStack):
         found["frames"] = env.stacked_obs.stacked_obs
     return found
 
 
-def _generators(model: BaseAlgorithm, env: VecEnv) -> dict[str, Any]:
-    """The states of all generators but PyTorch's, as plain numbers; the key of NumPy's own goes into an array."""
+def _generators(model: BaseAlgorithm) -> dict[str, Any]:
+    """The states of the generators that are no arrays, as plain numbers; the key of NumPy's own goes into an array."""
     return {
         "numpy": _numpy_generator().state["state"]["pos"],
         "actions": model.action_space.np_random.bit_generator.state,
-        "rigs": [generator.bit_generator.state for generator in batch_of(env)._generators],
     }
 
 
@@ -99,13 +98,11 @@ def _numpy_generator() -> Any:
     return np.random.get_bit_generator()  # type: ignore[attr-defined]  # its stubs leave it out
 
 
-def _restore_generators(model: BaseAlgorithm, env: VecEnv, states: dict[str, Any], arrays: Arrays) -> None:
+def _restore_generators(model: BaseAlgorithm, states: dict[str, Any], arrays: Arrays) -> None:
     state = {"key": arrays["numpy"], "pos": states["numpy"]}
     _numpy_generator().state = {"bit_generator": "MT19937", "state": state}
     torch.set_rng_state(torch.from_numpy(arrays["torch"]))
     model.action_space.np_random.bit_generator.state = states["actions"]
-    for generator, one in zip(batch_of(env)._generators, states["rigs"], strict=True):
-        generator.bit_generator.state = one
 
 
 def _fill(buffer: ReplayBuffer, arrays: Arrays) -> None:

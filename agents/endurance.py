@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from agents.agent import Agent
-from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.suites import EVALUATION_SEEDS, STICKING
@@ -28,7 +29,7 @@ def endurance(agent: Agent, rigs: int = 200, times: Sequence[float] = TIMES) -> 
     """
     arguments = {**agent.environment, "duration": max(times), "scenario": "default"}
     core = RigBatch(rigs, **arguments)
-    core.reset(np.arange(rigs), generators_from(EVALUATION_SEEDS, rigs), STICKING)
+    core.reset(np.arange(rigs), first_uniforms(EVALUATION_SEEDS, rigs), STICKING)
     window = round(WINDOW / CONTROL_PERIOD)
     traces = np.zeros((3, window, rigs))
     found = {}

@@ -21,7 +21,8 @@ import numpy as np
 from agents.agent import Agent
 from agents.practice import PRACTICE_SEEDS
 from agents.run_folder import find_run, load_policy, shipped
-from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 
 TOLERANCE = 1e-5
 """Largest difference from the agent that an export may have, rad/s^2."""
@@ -97,7 +98,7 @@ def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
 
     session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
     core = RigBatch(episodes, **agent.environment)
-    core.reset(np.arange(episodes), generators_from(PRACTICE_SEEDS, episodes))
+    core.reset(np.arange(episodes), first_uniforms(PRACTICE_SEEDS, episodes))
     memory = {
         item.name: np.zeros((episodes, item.shape[1]), np.float32)
         for item in session.get_inputs()

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from agents.agent import Agent
-from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.suites import STICKING
 
@@ -33,7 +34,7 @@ def practise(agent: Agent, arguments: Mapping[str, Any], rigs: int) -> Practice:
     `arguments` are those of `RigBatch`. No generator of the training is touched.
     """
     core = RigBatch(rigs, **arguments)
-    core.reset(np.arange(rigs), generators_from(PRACTICE_SEEDS, rigs), STICKING)
+    core.reset(np.arange(rigs), first_uniforms(PRACTICE_SEEDS, rigs), STICKING)
     returns = np.zeros(rigs)
     for _ in play(agent, core):
         returns += core.rigs["reward"]

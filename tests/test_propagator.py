@@ -143,11 +143,10 @@ def test_mirrored_rig_moves_in_the_mirror():
 
 def test_samples_inside_a_period_lie_on_the_solution():
     from drillrig_env.env.core import RigBatch
+    from drillrig_env.env.generators import first_uniforms
 
     core = RigBatch(1, scenario="nominal")
-    core.reset(
-        np.array([0]), [np.random.default_rng(0)], {"normal_force": 20.0, "speed_target": 2.0, "start": "stick_slip"}
-    )
+    core.reset(np.array([0]), first_uniforms(0, 1), {"normal_force": 20.0, "speed_target": 2.0, "start": "stick_slip"})
     start = core.rigs["state"][0, :7].copy()
     fine = simulate(
         friction=Friction(20.0), initial_state=start, speed_reference=2.0, duration=5.0, sample_period=0.1 / 16

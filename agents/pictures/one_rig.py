@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 
 import baselines
 from agents.run_folder import TRAINED, load_policy
-from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.histories import typical_rigs
 from drillrig_env.evaluation.runner import Episodes, Policy, run
@@ -50,7 +51,7 @@ def typical_rig() -> TypicalRig:
     suite = default_suite()
     core = RigBatch(suite.rigs, scenario=suite.scenario)
     options = {**STICKING, "start": "steady"}  # no start needs to be run to know the rigs
-    core.reset(np.arange(suite.rigs), generators_from(suite.first_seed, suite.rigs), options)
+    core.reset(np.arange(suite.rigs), first_uniforms(suite.first_seed, suite.rigs), options)
     friction = Friction(*(core.rigs[name] for name in _CONTACT))
     rigs = describe(core.rig, friction, core.rigs["speed_target"])
     place = typical_rigs(rigs)["below"]

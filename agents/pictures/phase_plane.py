@@ -12,7 +12,8 @@ from matplotlib.axes import Axes
 import baselines
 from agents.pictures.one_rig import TypicalRig, typical_rig
 from agents.run_folder import TRAINED, load_policy
-from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import LIMIT, Sensors
 from drillrig_env.evaluation.runner import Policy
@@ -121,7 +122,7 @@ def _begin(typical: TypicalRig, start: str, arguments: Mapping[str, Any]) -> Rig
     core = RigBatch(1, **arguments)
     options: dict[str, Any] = {**STICKING, "start": start, "speed_target": typical.speed_target}
     options |= {name: getattr(typical.friction, name) for name in ("normal_force", "mu_s", "mu_k", "v_b")}
-    core.reset(np.arange(1), generators_from(0, 1), options)
+    core.reset(np.arange(1), first_uniforms(0, 1), options)
     return core
 
 

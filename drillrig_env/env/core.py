@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.utils import seeding
 
 from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, SLEW_LIMIT, observe_rigs, settle_rigs, step_rigs
 from drillrig_env.env.reward import TERMS, Reward
-from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, UNIFORMS, Draws, Scenario, check_pins
+from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, Draws, Scenario, check_pins
 from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME, Sensors
 from drillrig_env.friction import FloatArray, Friction
 from drillrig_env.ladder import SAMPLES, ladder
@@ -118,16 +117,15 @@ class RigBatch:
     def reset(
         self,
         indices: npt.NDArray[np.intp],
-        generators: Sequence[np.random.Generator],
+        uniforms: FloatArray,
         options: Mapping[str, Any] | None = None,
     ) -> None:
-        """Begin a new episode in the rigs at `indices`; `generators` has one entry a rig of the batch.
+        """Begin a new episode in the rigs at `indices`, from the uniform numbers that it draws, (n, UNIFORMS).
 
         `options` pins what would be drawn, as numbers or with one entry for each of `indices`.
         Like `step` it leaves earlier `observations` as they were.
         """
         pins = check_pins(options, len(indices), self.duration)
-        uniforms = np.stack([generators[i].random(UNIFORMS) for i in indices])
         fresh = self._begin(self.scenario.draw(uniforms, self.duration, pins))
         self.rigs[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
@@ -241,11 +239,6 @@ def rate_action(wanted: FloatArray, reference: FloatArray, slew_limit: float) ->
     """
     rate = (wanted - reference) / (slew_limit * CONTROL_PERIOD)
     return np.asarray(np.clip(rate, -1.0, 1.0), dtype=np.float32)[:, None]
-
-
-def generators_from(first_seed: int, count: int) -> list[np.random.Generator]:
-    """The generators of `count` rigs with the seeds `first_seed`, `first_seed` + 1, ..., as Gymnasium makes them."""
-    return [seeding.np_random(first_seed + i)[0] for i in range(count)]
 
 
 def check_delay(delay: int | tuple[int, int]) -> tuple[int, int]:

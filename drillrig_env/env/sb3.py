@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.utils import seeding
 
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import RigGenerators
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.vector import check_actions
 
@@ -45,14 +45,12 @@ class DrillRigVecEnv(VecEnv):
         self._returns = np.zeros(num_envs)
         self._empty: list[dict[str, Any]] = [{} for _ in range(num_envs)]
         self._rates = np.zeros((num_envs, 1), dtype=np.float32)
-        self._generators: list[np.random.Generator] = []
+        self._generators = RigGenerators(num_envs)
         self.seed(seed)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed rig i with `seed` + i, from the next reset on; None takes fresh entropy."""
-        pairs = [seeding.np_random(None if seed is None else seed + i) for i in range(self.num_envs)]
-        self._generators = [generator for generator, _ in pairs]
-        return [used for _, used in pairs]
+        return [self._generators.seed(i, None if seed is None else seed + i) for i in range(self.num_envs)]
 
     def reset(self) -> VecEnvObs:
         """Begin an episode in every rig; `set_options` has pinned what it pins."""
@@ -61,7 +59,8 @@ class DrillRigVecEnv(VecEnv):
             raise ValueError(
                 "set_options: options that differ between rigs are not allowed; allowed: one dictionary for all"
             )
-        self.core.reset(np.arange(self.num_envs), self._generators, pins)
+        everywhere = np.arange(self.num_envs)
+        self.core.reset(everywhere, self._generators.uniforms(everywhere), pins)
         self._reset_seeds()
         self._reset_options()
         self._returns[:] = 0.0
@@ -92,7 +91,7 @@ class DrillRigVecEnv(VecEnv):
                     "episode": {"r": float(self._returns[i]), "l": core.steps},
                 }
             self._returns[indices] = 0.0
-            core.reset(indices, self._generators)
+            core.reset(indices, self._generators.uniforms(indices))
         return core.observations, rewards, ended, infos
 
     def close(self) -> None:

@@ -14,7 +14,7 @@ from gymnasium.error import ResetNeeded
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
-from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.scenario import UNIFORMS, Scenario
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.rig import Rig
 
@@ -189,7 +189,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         """Begin an episode; `options` pins what would be drawn (see the class)."""
         super().reset(seed=seed)
         only = np.zeros(1, dtype=np.intp)
-        self.core.reset(only, [self.np_random], options)
+        self.core.reset(only, self.np_random.random((1, UNIFORMS)), options)
         if self._picture is not None:
             self._picture.begin()
         return self.core.observations[0], {**self._info(), "start": self.core.starts(only)[0]}

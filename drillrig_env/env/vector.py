@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from drillrig_env.env.core import Observations, RigBatch
+from drillrig_env.env.generators import RigGenerators
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
@@ -75,7 +75,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         self.single_observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._generators: list[np.random.Generator] = []
+        self._generators = RigGenerators(num_envs)
         self._everywhere = np.ones(num_envs, dtype=np.bool_)
 
     def reset(
@@ -93,7 +93,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
             raise ValueError(f"reset_mask of shape {mask.shape} and {mask.dtype}; allowed: ({self.num_envs},) and bool")
         begun = np.flatnonzero(mask)
         if len(begun):
-            self.core.reset(begun, self._generators, pins)
+            self.core.reset(begun, self._generators.uniforms(begun), pins)
         info = self._info()
         info["start"], info["_start"] = np.full(self.num_envs, "", dtype="<U10"), mask
         info["start"][begun] = self.core.starts(begun)
@@ -104,13 +104,13 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         core = self.core
         rates = check_actions(actions, self.num_envs)
         over = core.ended
-        if over.any() and (self.autoreset_mode != AutoresetMode.NEXT_STEP or not self._generators):
+        if over.any() and (self.autoreset_mode != AutoresetMode.NEXT_STEP or not self._generators.seeded):
             raise ResetNeeded(f"the episode of rig {int(np.argmax(over))} is over, or none has begun; reset it first")
         core.step(rates)
         rewards = core.rigs["reward"].copy()
         if over.any():
             begun = np.flatnonzero(over)
-            core.reset(begun, self._generators)
+            core.reset(begun, self._generators.uniforms(begun))
             rewards[begun] = 0.0
         truncated = core.ended
         info = self._info()
@@ -124,7 +124,8 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         """Keep the last observations and info of ended episodes, and begin the next ones."""
         final_info = dict(info)
         final = self.core.observations
-        self.core.reset(np.flatnonzero(ended), self._generators)
+        begun = np.flatnonzero(ended)
+        self.core.reset(begun, self._generators.uniforms(begun))
         info.clear()
         info.update(self._info())
         info["final_obs"], info["_final_obs"] = final, ended
@@ -135,7 +136,8 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         return {**info, **{f"_{name}": self._everywhere for name in info}}
 
     def _seed(self, seed: int | Sequence[int | None] | None) -> None:
-        if seed is None and self._generators:
+        begun = self._generators.seeded
+        if seed is None and begun:
             return
         if seed is None:
             seeds: list[int | None] = [None] * self.num_envs
@@ -143,11 +145,9 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
             seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else list(seed)
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds are not allowed; allowed: one number, or {self.num_envs}")
-        if not self._generators:
-            self._generators = [seeding.np_random()[0] for _ in seeds]
-        for i, one in enumerate(seeds):
-            if one is not None:
-                self._generators[i] = seeding.np_random(one)[0]
+        for rig, one in enumerate(seeds):
+            if one is not None or not begun:
+                self._generators.seed(rig, one)
 
 
 def check_actions(actions: npt.NDArray[np.float32], rigs: int) -> npt.NDArray[np.float32]:

@@ -9,7 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.env.core import RigBatch, generators_from
+from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import FloatArray, Friction
@@ -95,10 +96,10 @@ def run(
     """
     arguments = {**env, **suite.env, "drive_gains": getattr(policy, "drive_gains", None)}
     core = RigBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
-    generators = generators_from(suite.first_seed, suite.rigs)
+    uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0
     for count, options in suite.groups:
-        core.reset(np.arange(first, first + count), generators, options)
+        core.reset(np.arange(first, first + count), uniforms[first : first + count], options)
         first += count
     start = np.array(core.starts(np.arange(suite.rigs)))
     traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}

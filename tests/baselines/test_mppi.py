@@ -9,6 +9,7 @@ from baselines.mppi import INTERVAL, MPPI
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env import Friction, Rig
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.model import steady_state
 from drillrig_env.stability import critical_speed
 
@@ -31,8 +32,7 @@ def play(policy, duration, **options):
 def batch():
     """Six default rigs in stick-slip."""
     core = RigBatch(6, threads=1)
-    generators = [np.random.default_rng(500_000_000 + i) for i in range(6)]
-    core.reset(np.arange(6), generators, {"start": "stick_slip", "load_steps": []})
+    core.reset(np.arange(6), first_uniforms(500_000_000, 6), {"start": "stick_slip", "load_steps": []})
     return core
 
 
@@ -72,7 +72,7 @@ def test_feedback_alone_holds_rotation_that_a_constant_reference_loses():
         core = RigBatch(1, scenario="nominal", duration=20.0, threads=1)
         core.reset(
             np.array([0]),
-            [np.random.default_rng(0)],
+            first_uniforms(0, 1),
             {"normal_force": 28.0, "speed_target": target, "start": "steady"},
         )
         core.rigs["state"][:, :7] = steady_state(rig, friction, 1.05 * target)
@@ -121,7 +121,7 @@ def test_told_the_delay_it_acts_as_if_there_were_none():
     for delay in (0, 4):
         core = RigBatch(1, scenario="nominal", delay=delay, threads=1)
         pins = {"normal_force": 20.0, "speed_target": 2.0, "start": "stick_slip"}
-        core.reset(np.array([0]), [np.random.default_rng(0)], pins)
+        core.reset(np.array([0]), first_uniforms(0, 1), pins)
         policy, state, references = MPPI(samples=8, threads=1), None, []
         for _ in range(20):
             policy.tell({**core.info(), "delay": np.array([delay])})

@@ -4,6 +4,7 @@ import pytest
 from baselines.string_torque import MEMORY, OSCILLATION_MEMORY, check_filters, oscillation, torque_deviation
 from drillrig_env import Rig
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.model import string_torque
 
 RIG = Rig()
@@ -14,7 +15,7 @@ def watch(sensors, time_constant, steps=300):
     core = RigBatch(1, scenario="nominal", sensors=sensors, noise=0.0, delay=0)
     core.reset(
         np.arange(1),
-        [np.random.default_rng(0)],
+        first_uniforms(0, 1),
         {"normal_force": 20.0, "speed_target": 2.5, "start": "stick_slip"},
     )
     memory, deviations, torques = np.zeros((1, MEMORY)), [], []

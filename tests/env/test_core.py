@@ -5,6 +5,7 @@ import pytest
 
 from drillrig_env import Friction, Reward, Rig, simulate
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.model import steady_state
 from drillrig_env.stick_slip import is_mitigated
 
@@ -13,7 +14,7 @@ HOLD = np.zeros((1, 1), dtype=np.float32)
 
 def begin(options, **arguments):
     core = RigBatch(1, scenario="nominal", **arguments)
-    core.reset(np.array([0]), [np.random.default_rng(1)], options)
+    core.reset(np.array([0]), first_uniforms(1, 1), options)
     return core
 
 
@@ -43,10 +44,9 @@ def test_reference_moves_at_the_slew_limit_and_stays_in_bounds():
 
 
 def test_stick_slip_start_is_on_the_cycle_at_its_phase():
-    generators = [np.random.default_rng(i) for i in range(40)]
     core = RigBatch(40, scenario="nominal")
     options = {"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}
-    core.reset(np.arange(40), generators, options)
+    core.reset(np.arange(40), first_uniforms(0, 40), options)
     assert core.starts(np.arange(40)) == ["stick_slip"] * 40
     speeds = core.rigs["state"][:, 2].copy()
     assert np.mean(speeds < 0.01) == pytest.approx(0.2, abs=0.15)  # it sticks for a fifth of its period

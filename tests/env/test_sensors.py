@@ -6,6 +6,7 @@ import pytest
 
 from drillrig_env import Friction, Rig, observation_table, simulate
 from drillrig_env.env.core import RigBatch, with_drive_gains
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.sensors import LIMIT, SENSORS, Sensors
 from drillrig_env.env.single import DrillRigEnv
 from drillrig_env.model import STATE_NAMES, jacobian
@@ -13,7 +14,7 @@ from drillrig_env.model import STATE_NAMES, jacobian
 
 def test_observations_turn_back_into_physical_values_by_name():
     core = RigBatch(50)
-    core.reset(np.arange(50), [np.random.default_rng(i) for i in range(50)])
+    core.reset(np.arange(50), first_uniforms(0, 50))
     for _ in range(20):
         core.step(np.full((50, 1), 0.5, np.float32))
     values = core.sensors.values(core.observations)
@@ -26,7 +27,7 @@ def test_observations_turn_back_into_physical_values_by_name():
 
 def test_observations_are_about_one_on_the_default_draws():
     core = RigBatch(300)
-    core.reset(np.arange(300), [np.random.default_rng(i) for i in range(300)])
+    core.reset(np.arange(300), first_uniforms(0, 300))
     seen = []
     for _ in range(300):
         core.step(np.zeros((300, 1), np.float32))
@@ -45,7 +46,7 @@ def test_unknown_names_are_refused():
 
 def batch(sensors="state", rigs=40, options=None, **arguments):
     core = RigBatch(rigs, sensors=sensors, threads=1, **arguments)
-    core.reset(np.arange(rigs), [np.random.default_rng(i) for i in range(rigs)], options)
+    core.reset(np.arange(rigs), first_uniforms(0, rigs), options)
     return core
 
 

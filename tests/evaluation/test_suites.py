@@ -7,6 +7,7 @@ import pytest
 
 from baselines import Constant
 from drillrig_env.env.core import RigBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.suites import EVALUATION_SEEDS, SUITES, suite
 
@@ -18,10 +19,10 @@ class Hold:
 
 def rigs_of(one):
     batch = RigBatch(one.rigs, scenario=one.scenario, **one.env)
-    generators = [np.random.Generator(np.random.PCG64(one.first_seed + i)) for i in range(one.rigs)]
+    uniforms = first_uniforms(one.first_seed, one.rigs)
     first = 0
     for count, options in one.groups:
-        batch.reset(np.arange(first, first + count), generators, options)
+        batch.reset(np.arange(first, first + count), uniforms[first : first + count], options)
         first += count
     return batch
 
