@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -35,11 +36,40 @@ def inlined(function: F) -> F:
     return _compile(function, inline="always")
 
 
+def bound(kernel: Callable[..., None], *arguments: Any) -> Callable[[], None]:
+    """A call of a compiled kernel on these very arrays, again and again.
+
+    Numba looks up the types of all arguments at each call: for ten arrays longer than one rig takes for a
+    control step. Here it does so once.
+    """
+    dispatcher: Any = kernel
+    typeof: Any = numba.typeof
+    signature = tuple(typeof(argument) for argument in arguments)
+    dispatcher.compile(signature)
+    return partial(dispatcher.overloads[signature].entry_point, *arguments)
+
+
 def _compile(function: F, inline: Literal["never", "always"]) -> F:
-    dispatcher: Any = numba.njit(cache=True, nogil=True, error_model="numpy", inline=inline)(function)
+    def compiler(cache: bool) -> Any:
+        return numba.njit(cache=cache, nogil=True, error_model="numpy", inline=inline)(function)
+
+    try:
+        dispatcher = compiler(cache=True)
+    except RuntimeError:  # neither the package's folder nor the user's may be written to
+        _warn_of_no_cache()
+        return compiler(cache=False)  # type: ignore[no-any-return]
     cache_file = dispatcher._cache._cache_file
     cache_file._source_stamp = (cache_file._source_stamp, _stamp_of_package())
     return dispatcher  # type: ignore[no-any-return]
+
+
+@lru_cache(maxsize=1)
+def _warn_of_no_cache() -> None:
+    warnings.warn(
+        "drillrig_env finds no folder to keep its machine code in and compiles it anew in every process, some 20 s; "
+        "name a folder that can be written to in the environment variable NUMBA_CACHE_DIR",
+        stacklevel=2,
+    )
 
 
 @lru_cache(maxsize=1)

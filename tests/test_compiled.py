@@ -4,7 +4,12 @@ import sys
 from pathlib import Path
 from shutil import copytree
 
+import numba
+import numpy as np
+import pytest
+
 import drillrig_env
+from drillrig_env.compiled import bound, compiled
 
 SCRIPT = """
 import numpy as np
@@ -33,3 +38,32 @@ def test_edit_of_one_file_renews_the_kernels_of_all(tmp_path):
     compiled.write_text(compiled.read_text() + "\n# edited\n")
     torque()
     assert all(path.stat().st_mtime_ns > stamp for path, stamp in stamps.items())
+
+
+def double(values):
+    values *= 2.0
+
+
+def test_kernel_works_where_no_folder_may_be_written_to(monkeypatch):
+    njit = numba.njit
+
+    def refusing(*arguments, cache=False, **options):
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return njit(*arguments, cache=cache, **options)
+
+    monkeypatch.setattr(numba, "njit", refusing)
+    with pytest.warns(UserWarning, match="NUMBA_CACHE_DIR"):
+        kernel = compiled(double)
+    values = np.ones(3)
+    kernel(values)
+    np.testing.assert_array_equal(values, 2.0)
+
+
+def test_bound_kernel_works_on_its_arrays_at_each_call():
+    values = np.ones(3)
+    call = bound(compiled(double), values)
+    call()
+    values += 1.0
+    call()
+    np.testing.assert_array_equal(values, 6.0)

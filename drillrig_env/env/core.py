@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import exp
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.compiled import bound
 from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, SLEW_LIMIT, observe_rigs, settle_rigs, step_rigs
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, Draws, Scenario, check_pins
@@ -147,9 +148,19 @@ class RigBatch:
             over_slices(lambda part: self._step(part, actions, observations), len(self.rigs), self.threads)
         self.observations = observations
 
+    def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], None]:
+        """A call that steps every rig, each time from and into these arrays, and leaves `self.observations` alone.
+
+        For a single rig it is twice as fast as `step`, where finding the kernel takes longer than the physics.
+        """
+        return bound(step_rigs, *self._arguments(_ALL, actions, observations))
+
     def _step(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> None:
+        step_rigs(*self._arguments(part, actions, observations))
+
+    def _arguments(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> tuple[Any, ...]:
         tables = self._tables
-        step_rigs(
+        return (
             self.rigs[part],
             actions[part],
             self._settings,

@@ -38,19 +38,20 @@ RIG = np.dtype(
         ("mu_s", "f8"),
         ("mu_k", "f8"),
         ("v_b", "f8"),
+        ("string_torque", "f8"),  # at the end of the last control step, N m
+        ("reward", "f8"),
+        ("terms", "f8", 3),  # the single environment reads all up to here as one array
+        ("step", "i8"),  # control steps done in this episode
+        ("delay", "i8"),  # control steps by which measurements come late
         ("mean", "f8"),  # running mean and variance of the bit speed
         ("variance", "f8"),
         ("load_times", "f8", MOST_LOAD_STEPS),  # s; infinite where there is none
         ("load_forces", "f8", MOST_LOAD_STEPS),  # N
         ("next_load", "i8"),
-        ("step", "i8"),  # control steps done in this episode
-        ("reward", "f8"),
-        ("terms", "f8", 3),
         ("lowest", "f8"),  # of the bit speed within the last control step
         ("highest", "f8"),
         ("average", "f8"),
         ("stuck", "f8"),  # share of the last control step
-        ("string_torque", "f8"),  # at the end of the last control step, N m
         ("highest_torque", "f8"),  # within it
         ("window_lowest", "f8"),  # of the bit speed within the episode's last seconds
         ("window_highest", "f8"),
@@ -60,7 +61,6 @@ RIG = np.dtype(
         ("drive_torque", "f8"),  # into the string, mean over the last control step, N m
         ("torque_mean", "f8"),  # its running mean, and its running variance about that
         ("torque_variance", "f8"),
-        ("delay", "i8"),  # control steps by which measurements come late
         ("noise", "u8"),  # state of the generator of the measurement noise
     ],
     align=True,

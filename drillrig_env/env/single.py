@@ -177,10 +177,10 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self.observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
         self._steps = self.core.steps
         self._action = np.zeros((1, 1), dtype=np.float32)
+        seen = np.zeros((1, len(self.sensors.channels)), dtype=np.float32)
+        self._advance, self._seen = self.core.bound_step(self._action, seen), seen[0]
         record = self.core.rigs[0]
-        self._reward, self._done, self._terms = (_view(record, name) for name in ("reward", "step", "terms"))
-        self._state = record["state"]
-        self._reported = [_view(record, name) for name in _REPORTED]
+        self._numbers, self._counts = (_view(record, *names) for names in (("state", "terms"), ("step", "delay")))
         self._picture = None if render_mode is None else self._make_picture(record)
 
     def reset(
@@ -192,7 +192,8 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self.core.reset(only, self.np_random.random((1, UNIFORMS)), options)
         if self._picture is not None:
             self._picture.begin()
-        return self.core.observations[0], {**self._info(), "start": self.core.starts(only)[0]}
+        _, info = self._reward_and_info()
+        return self.core.observations[0], {**info, "start": self.core.starts(only)[0]}
 
     def step(
         self, action: npt.NDArray[np.float32]
@@ -204,16 +205,16 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self._action[0, 0] = value = rate.item()
         if value != value:
             raise ValueError(f"action = {rate} is not allowed; allowed: a number from -1 to 1")
-        if self._done.item() >= self._steps:
+        if self._counts.item(0) >= self._steps:
             raise ResetNeeded(f"the episode of {self._steps} steps is over, or none has begun; call reset() first")
-        self.core.step(self._action)
+        self._advance()
         if self._picture is not None:
             self._picture.follow()
-        info = self._info()
-        truncated = self._done.item() >= self._steps
+        reward, info = self._reward_and_info()
+        truncated = self._counts.item(0) >= self._steps
         if truncated:
             info["is_success"] = bool(self.core.mitigated[0])
-        return self.core.observations[0], self._reward.item(), False, truncated, info
+        return self._seen.copy(), reward, False, truncated, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """The rig as RGB of shape (540, 960, 3) in the mode "rgb_array"; otherwise None.
@@ -244,28 +245,27 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
 
         return RigPicture(self.core.rig, record, self.render_mode == "human", self.metadata["render_fps"])
 
-    def _info(self) -> dict[str, Any]:
-        reference, target, normal_force, mu_s, mu_k, v_b, torque, delay = [value.item() for value in self._reported]
-        variance, tracking, effort = self._terms.tolist()
-        return {
-            "bit_speed": self._state.item(2),
-            "top_speed": self._state.item(4),
+    def _reward_and_info(self) -> tuple[float, dict[str, Any]]:
+        _, _, bit, _, top, _, _, _, reference, target, force, mu_s, mu_k, v_b, torque, reward, *terms = (
+            self._numbers.tolist()
+        )
+        return reward, {
+            "bit_speed": bit,
+            "top_speed": top,
             "speed_reference": reference,
             "speed_target": target,
-            "normal_force": normal_force,
+            "normal_force": force,
             "mu_s": mu_s,
             "mu_k": mu_k,
             "v_b": v_b,
             "torque_into_string": torque,
-            "delay": delay,
-            "reward_terms": {"variance": variance, "tracking": tracking, "action": effort},
+            "delay": self._counts.item(1),
+            "reward_terms": {"variance": terms[0], "tracking": terms[1], "action": terms[2]},
         }
 
 
-_REPORTED = ("speed_reference", "speed_target", "normal_force", "mu_s", "mu_k", "v_b", "string_torque", "delay")
-
-
-def _view(record: np.void, name: str) -> np.ndarray:
-    """A view of one field of a rig's record, which follows the record as it changes."""
-    dtype, offset = record.dtype.fields[name][:2]  # type: ignore[index]
-    return np.ndarray(dtype.shape, dtype.base, buffer=record.data, offset=offset)
+def _view(record: np.void, first: str, last: str) -> np.ndarray:
+    """The numbers from one field of a rig's record to another, as an array that follows the record as it changes."""
+    fields: Any = record.dtype.fields
+    begin, (dtype, end) = fields[first][1], fields[last][:2]
+    return np.ndarray((end + dtype.itemsize - begin) // 8, dtype.base, buffer=record.data, offset=begin)
