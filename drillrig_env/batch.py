@@ -103,7 +103,7 @@ def advance_batch(
             result[part],
         )
 
-    over_slices(run, rigs, check_threads(threads))
+    over_slices(run, rigs, check_threads(threads), periods)
     return result
 
 

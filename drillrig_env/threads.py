@@ -14,7 +14,8 @@ from itertools import pairwise
 
 from drillrig_env.parameters import refuse
 
-_RIGS_WORTH_A_THREAD = 64
+_PERIODS_WORTH_A_THREAD = 192
+"""Waking another thread takes as long as some hundred periods of 0.1 s of a rig."""
 
 
 def available_threads() -> int:
@@ -31,9 +32,12 @@ def check_threads(threads: int | None) -> int:
     return int(threads)
 
 
-def over_slices(kernel: Callable[[slice], object], rigs: int, threads: int) -> None:
-    """Call `kernel` for slices that cover the `rigs` of a batch, side by side where that pays."""
-    workers = min(threads, max(1, rigs // _RIGS_WORTH_A_THREAD))
+def over_slices(kernel: Callable[[slice], object], rigs: int, threads: int, periods: int = 1) -> None:
+    """Call `kernel` for slices that cover the `rigs` of a batch, side by side where that pays.
+
+    `periods` is how many periods of about 0.1 s the kernel takes each rig through.
+    """
+    workers = min(threads, rigs, max(1, rigs * periods // _PERIODS_WORTH_A_THREAD))
     if workers == 1:
         kernel(slice(0, rigs))
         return

@@ -11,7 +11,16 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.compiled import bound
-from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SETTINGS, SLEW_LIMIT, observe_rigs, settle_rigs, step_rigs
+from drillrig_env.env.kernel import (
+    CONTROL_PERIOD,
+    RIG,
+    SETTINGS,
+    SETTLING_STEPS,
+    SLEW_LIMIT,
+    observe_rigs,
+    settle_rigs,
+    step_rigs,
+)
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, Draws, Scenario, check_pins
 from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME, Sensors
@@ -237,7 +246,7 @@ class RigBatch:
             tables = self._start_tables
             settle_rigs(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
 
-        over_slices(settle, len(indices), self.threads)
+        over_slices(settle, len(indices), self.threads, SETTLING_STEPS)
         found = cycling["start"] == STICK_SLIP
         fresh[indices[found]] = cycling[found]
         fresh["start"][indices[~found]] = STEADY

@@ -239,7 +239,9 @@ def _uniform(rig: Record) -> float:
     return float(z >> np.uint64(11)) * 2.0**-53
 
 
-_SETTLING_STEPS = 120
+SETTLING_STEPS = 120
+"""Fewest control steps in which a start in stick-slip is brought onto its cycle."""
+
 _LONGEST_SETTLING = 600
 _DEVIATION_OF_CALM = 0.02
 """A running deviation below this share of the speed reference means that the oscillation has died."""
@@ -274,7 +276,7 @@ def _settle(rig: Record, s: Record, rungs: Records, sampling: Records, shift: Fl
         if was_stuck and not is_stuck:
             period, last_release = step - last_release, step
         was_stuck = is_stuck
-        if step >= _SETTLING_STEPS:
+        if step >= SETTLING_STEPS:
             if period > 0 and step - last_release <= period and step > 2 * period:
                 return period
             if sqrt(rig.variance) < _DEVIATION_OF_CALM * rig.speed_reference:

@@ -15,10 +15,11 @@ _PACKAGES = ("drillrig", "gymnasium", "numpy", "scipy", "numba", "stable-baselin
 
 def provenance() -> dict[str, Any]:
     """Date, Python, machine with processor and cores, and the versions of the packages that count."""
+    cores = available_threads()
     return {
         "date": datetime.now(UTC).date().isoformat(),
         "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}, {_processor()}, {available_threads()} cores",
+        "machine": f"{platform.system()} {platform.machine()}, {_processor()}, {cores} core{'s' * (cores > 1)}",
         "versions": {package: _version(package) for package in _PACKAGES},
     }
 

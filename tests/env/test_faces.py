@@ -96,9 +96,9 @@ def test_forms_that_reset_in_the_same_step_are_the_single_form_bit_for_bit(form,
 def test_large_batch_on_threads_is_one_thread_bit_for_bit():
     results = []
     for threads in (1, 2, 4):
-        env = gym.make_vec("DrillRig-v0", num_envs=300, threads=threads)
+        env = gym.make_vec("DrillRig-v0", num_envs=800, threads=threads)
         env.reset(seed=0)
-        results.append([env.step(np.full((300, 1), a, np.float32))[0] for a in (0.3, -1.0, 0.7)])
+        results.append([env.step(np.full((800, 1), a, np.float32))[0] for a in (0.3, -1.0, 0.7)])
     np.testing.assert_array_equal(results[0], results[1])
     np.testing.assert_array_equal(results[0], results[2])
 
