@@ -12,6 +12,7 @@ import numpy as np
 from drillrig_env.compiled import Record, compiled, inlined
 from drillrig_env.friction import FloatArray, torque_in_zone
 from drillrig_env.ladder import NODES, POWERS_FROM_NODES, RADAU_NODES, SAMPLES, STATE
+from drillrig_env.lanes import row, store
 
 _NEWTON_LIMIT = 8
 
@@ -68,10 +69,12 @@ def solve_nodes(
     """
     start = y[2] + speed_reference
     torque, slope = torque_in_zone(zone, start, static, kinetic, v_b, omega_s)
-    A, y_0, y_1, y_2, y_3, y_4, y_5, y_6 = table.node_from_state, y[0], y[1], y[2], y[3], y[4], y[5], y[6]
+    A = table.node_from_state
+    linear = speed_reference + y[0] * row(A, 0, NODES) + y[1] * row(A, 1, NODES) + y[2] * row(A, 2, NODES)
+    linear = linear + y[3] * row(A, 3, NODES)
+    rest = y[4] * row(A, 4, NODES) + y[5] * row(A, 5, NODES) + y[6] * row(A, 6, NODES)
+    store(work.linear, 0, linear + rest)
     for j in range(NODES):
-        linear = speed_reference + y_0 * A[0, j] + y_1 * A[1, j] + y_2 * A[2, j] + y_3 * A[3, j]
-        work.linear[j] = linear + (y_4 * A[4, j] + y_5 * A[5, j] + y_6 * A[6, j])
         work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
         error = 0.5 * v_b * _newton_step(table, work)
@@ -181,9 +184,7 @@ def _crossing(start: float, zone: int, omega_s: float, work: Record, fine: bool)
 @inlined
 def take_step(y: FloatArray, table: Record, work: Record) -> None:
     """Take a solved step as a whole: the state at its end, in place."""
-    evaluate(y, work, table.state_from_state, table.state_from_torque, 0.0, work.state, 0, STATE)
-    for i in range(STATE):
-        y[i] = work.state[i]
+    evaluate(y, work, table.state_from_state, table.state_from_torque, 0.0, y, 0, STATE)
 
 
 @inlined
@@ -199,12 +200,10 @@ def evaluate(
 ) -> None:
     """Quantities of a solved step as entries `first` and on of `out`: constant + y @ from_state + T_r1 @ from_torque.
 
-    Written out, so that the compiler works on several entries at once.
+    `count`, how many they are, is a constant.
     """
-    y_0, y_1, y_2, y_3, y_4, y_5, y_6 = y[0], y[1], y[2], y[3], y[4], y[5], y[6]
-    T_0, T_1, T_2, T_3 = work.torque[0], work.torque[1], work.torque[2], work.torque[3]
-    A, b = from_state, from_torque
-    for i in range(count):
-        free = constant + y_0 * A[0, i] + y_1 * A[1, i] + y_2 * A[2, i] + y_3 * A[3, i] + y_4 * A[4, i]
-        forced = T_0 * b[0, i] + T_1 * b[1, i] + T_2 * b[2, i] + T_3 * b[3, i]
-        out[first + i] = (free + y_5 * A[5, i]) + (y_6 * A[6, i] + forced)
+    A, b, T = from_state, from_torque, work.torque
+    free = constant + y[0] * row(A, 0, count) + y[1] * row(A, 1, count) + y[2] * row(A, 2, count)
+    free = free + y[3] * row(A, 3, count) + y[4] * row(A, 4, count)
+    forced = T[0] * row(b, 0, count) + T[1] * row(b, 1, count) + T[2] * row(b, 2, count) + T[3] * row(b, 3, count)
+    store(out, first, (free + y[5] * row(A, 5, count)) + (y[6] * row(A, 6, count) + forced))

@@ -19,6 +19,7 @@ from drillrig_env.collocation import solve_nodes
 from drillrig_env.compiled import Record, compiled, inlined
 from drillrig_env.friction import FloatArray
 from drillrig_env.ladder import NODES, POWERS_FROM_NODES, STATE
+from drillrig_env.lanes import row, store
 
 _PIECES = 4
 """Most pieces of the law within one step; with more, shorter steps are taken."""
@@ -82,7 +83,7 @@ def step_through_kinks(
 @compiled
 def _land(y: FloatArray, table: Record, work: Record, share: float) -> None:
     """Move `y` on within a solved step, by a `share` of it: the Taylor series of y' = M y + b T_r1."""
-    powers, term, new = work.powers, work.term, work.state
+    powers, term, M = work.powers, work.term, table.rate_from_state
     for i in range(NODES):
         powers[i] = 0.0
         for j in range(NODES):
@@ -93,15 +94,13 @@ def _land(y: FloatArray, table: Record, work: Record, share: float) -> None:
     for order in range(1, _TAYLOR_LIMIT):
         torque = scale * powers[order - 1] if order <= NODES else 0.0
         scale *= share
-        for i in range(STATE):
-            new[i] = table.rate_from_torque[i] * torque
-        for k in range(7):
-            for i in range(STATE):
-                new[i] += table.rate_from_state[k, i] * term[k]
-        factor, largest = share / order, 0.0
-        for i in range(STATE):
-            term[i] = factor * new[i]
-            y[i] += term[i]
+        rate = torque * row(table.rate_from_torque, 0, STATE) + term[0] * row(M, 0, STATE)
+        rate = rate + term[1] * row(M, 1, STATE) + term[2] * row(M, 2, STATE) + term[3] * row(M, 3, STATE)
+        rate = rate + term[4] * row(M, 4, STATE) + term[5] * row(M, 5, STATE) + term[6] * row(M, 6, STATE)
+        store(term, 0, share / order * rate)
+        store(y, 0, row(y, 0, STATE) + row(term, 0, STATE))
+        largest = 0.0
+        for i in range(7):
             largest = max(largest, abs(term[i]))
         if largest < _TAYLOR_TOLERANCE and order >= NODES:
             break

@@ -18,6 +18,7 @@ from drillrig_env.ladder import RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
 __all__ = ["WORKSPACE", "advance"]
 
 _SAMPLE_UNITS = UNITS // SAMPLES
+_HALF, _QUARTER, _EIGHTH = SAMPLES // 2, SAMPLES // 4, SAMPLES // 8
 _STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS
 """The longest steps that are taken in stick, and across kinks, where no sample may lie inside."""
 
@@ -58,7 +59,7 @@ def advance(
         reach = solve_nodes(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, fine)
         if reach == 1.0 or last:
             if sampled and rung < SAMPLED_RUNGS:
-                _sample_step(y, speed_reference, sampling[rung], work, position // _SAMPLE_UNITS, SAMPLES >> rung)
+                _sample_step(y, speed_reference, sampling[rung], work, position // _SAMPLE_UNITS, rung)
             take_step(y, table, work)
             climb = 1
         elif fine and step_through_kinks(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, reach):
@@ -77,8 +78,20 @@ def advance(
 
 
 @inlined
-def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, count: int) -> None:
+def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, rung: int) -> None:
     """Samples inside a solved step that is about to be taken, as entries `first` and on."""
+    if rung == 0:
+        _samples_of(y, speed_reference, table, work, first, SAMPLES)
+    elif rung == 1:
+        _samples_of(y, speed_reference, table, work, first, _HALF)
+    elif rung == 2:
+        _samples_of(y, speed_reference, table, work, first, _QUARTER)
+    else:
+        _samples_of(y, speed_reference, table, work, first, _EIGHTH)
+
+
+@inlined
+def _samples_of(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, count: int) -> None:
     speeds, torques = work.speed_samples, work.torque_samples
     evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, count)
     evaluate(y, work, table.torque_from_state, table.torque_from_torque, 0.0, torques, first, count)
