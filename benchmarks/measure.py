@@ -1,27 +1,119 @@
-"""What the benchmarks share: medians of repeated timings, the machine's name, a table and a JSON file."""
+"""What the benchmarks share: medians of timings, memory, new processes, the machine's name, tables and JSON files."""
 
 from __future__ import annotations
 
 import json
+import math
+import multiprocessing
+import os
 import platform
+import signal
 import statistics
+import sys
 import time
 from collections.abc import Callable, Sequence
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from drillrig_env.evaluation.provenance import provenance
 
+LEAST_SECONDS = 0.02
+"""Shorter work is repeated within one timing until it takes about this long, s."""
 
-def median_seconds(work: Callable[[], object], repeats: int) -> float:
-    """Median wall time of `work` over `repeats` runs after one that is not counted."""
-    work()
-    times = []
-    for _ in range(repeats):
-        begin = time.perf_counter()
+
+def median_seconds(work: Callable[[], object], repeats: int, *, warm: bool = False) -> float:
+    """Median wall time of `work` over `repeats` runs after one that is not counted, unless `work` is warm already."""
+    if not warm:
         work()
-        times.append(time.perf_counter() - begin)
-    return statistics.median(times)
+    return statistics.median(timing(work) for _ in range(repeats))
+
+
+def timing(work: Callable[[], object]) -> float:
+    """Wall time of one call of warm `work`, s.
+
+    Work of less than `LEAST_SECONDS` is called several times in a row, so that neither the clock nor one
+    interruption by the system counts.
+    """
+    once = seconds_of(work)
+    if once >= LEAST_SECONDS:
+        return once
+    calls = math.ceil(LEAST_SECONDS / max(once, 1e-9))
+    begin = time.perf_counter()
+    for _ in range(calls):
+        work()
+    return (time.perf_counter() - begin) / calls
+
+
+def seconds_of(work: Callable[[], object]) -> float:
+    """Wall time of one call of `work`, s."""
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
+def use_one_core() -> None:
+    """Bind this process, and the threads that it will start, to one core, where the system can do that."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+
+
+def memory_growth(work: Callable[[], object]) -> int:
+    """By how much the process's resident memory grows at its peak while `work` runs, bytes.
+
+    Linux forgets the peak so far on request; elsewhere growth below an earlier peak is not seen.
+    """
+    forget = Path("/proc/self/clear_refs")
+    if forget.exists():
+        forget.write_text("5", encoding="ascii")
+    before = _peak_memory()
+    work()
+    return _peak_memory() - before
+
+
+def _peak_memory() -> int:
+    """Largest resident memory of this process so far, bytes."""
+    status = Path("/proc/self/status")
+    if status.exists():
+        line = next(line for line in status.read_text(encoding="ascii").splitlines() if line.startswith("VmHWM"))
+        return 1024 * int(line.split()[1])
+    import resource  # not there on Windows
+
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak if sys.platform == "darwin" else 1024 * peak
+
+
+def in_new_process(work: Callable[..., Any], *arguments: Any, timeout: float | None = None) -> Any:
+    """The result of `work(*arguments)` in a Python process of its own, which starts from nothing.
+
+    Raises `TimeoutError` after `timeout` s, and `RuntimeError` with the reason where `work` fails.
+    """
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_answer, args=(sender, work, arguments), daemon=True)
+    process.start()
+    sender.close()
+    try:
+        if not receiver.poll(timeout):
+            raise TimeoutError(f"no result within {timeout:g} s")
+        failure, result = receiver.recv()
+    except EOFError:
+        process.join()
+        raise RuntimeError(f"the process ended with status {process.exitcode}") from None
+    finally:
+        process.kill()
+        process.join()
+    if failure:
+        raise RuntimeError(failure)
+    return result
+
+
+def _answer(sender: Connection, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    try:
+        sender.send((None, work(*arguments)))
+    except Exception as error:
+        sender.send((f"{type(error).__name__}: {error}", None))
 
 
 def machine() -> str:
@@ -34,6 +126,11 @@ def machine() -> str:
     return platform.processor() or platform.machine()
 
 
+def note(line: str) -> None:
+    """Tell on standard error how far a benchmark is."""
+    print(line, file=sys.stderr, flush=True)
+
+
 def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Print a Markdown table."""
     print("| " + " | ".join(headings) + " |")
@@ -42,9 +139,10 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         print("| " + " | ".join(row) + " |")
 
 
-def write_json(path: Path, results: dict[str, Any]) -> None:
-    """Write results beside machine, versions and date."""
+def write_json(path: Path, results: dict[str, Any], *, announce: bool = True) -> None:
+    """Write results beside machine, versions and date; `announce` prints where."""
     path.parent.mkdir(parents=True, exist_ok=True)
     content = {"machine": machine(), "provenance": provenance(), "results": results}
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-    print(f"\n{machine()}; written to {path}")
+    if announce:
+        print(f"\n{machine()}; written to {path}")

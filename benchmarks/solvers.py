@@ -1,158 +1,109 @@
-"""One rig in stick-slip (20 N, 2 rad/s): simulated seconds a second and error, against other solvers.
+"""One rig in stick-slip (20 N, 2 rad/s): error and seconds of the project and of every solver that a user could pick.
 
     python -m benchmarks.solvers
-    python -m benchmarks.solvers --repeats 9 --json results/solvers.json
+    python -m benchmarks.solvers --quick
+    python -m benchmarks.solvers --only numbalsoda --only DrillRig --repeats 9
 
-Everything runs on one core, in one run, sampled every 0.1 s. The error is the largest of the bit
-speed over the first 20 s, against Radau with the kinks split by events (rtol 1e-11). The chapter's
-way is timed over a few seconds of motion only: it is that slow. Compilation is not counted.
+All solve the same 50 s, sampled every 0.1 s, in one process on one core. The error is the largest of the bit
+speed over the first 20 s, against Radau with the kinks split by events (rtol 1e-11). Each solver has several
+tolerances, for a line in a plot of error against seconds, and the form that was found to serve it best:
+`benchmarks/peers` has a file for each library that says which. What a solver compiles before it runs is
+timed apart; for the project that is its first call after an installation, in a process of its own. The
+solvers are timed in turns, one timing each, so that what else the machine does for a while spoils no comparison.
+
+A ratio of speeds compares one setting of the project with the fastest setting of the peers named whose
+measured error is below the same limit.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import statistics
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.integrate import odeint
 
-from benchmarks.measure import median_seconds, print_table, write_json
-from drillrig_env import Friction, Rig, simulate
-from drillrig_env.batch import advance_batch
+from benchmarks.measure import note, print_table, seconds_of, timing, use_one_core, write_json
+from benchmarks.peers import PEERS
+from benchmarks.peers.peer import Peer, Run, Setting
+from benchmarks.peers.project import DEFAULT, LIBRARY, LOOSE, compile_seconds
+from benchmarks.peers.scipy_solvers import CHAPTER
+from benchmarks.stick_slip import ONE_RIG, START, largest_errors, sample_times
+from drillrig_env import simulate
 from drillrig_env.friction import FloatArray
-from drillrig_env.model import state_equations
-from drillrig_env.reference import radau, vode
 
-RIG, FRICTION, SPEED = Rig(), Friction(20.0), 2.0
-START = np.array([0.0, 0.0, 2.0, 2.0, 2.0, 0.5, 0.0])
-JUDGED, DURATION, CHAPTER_DURATION = 20.0, 50.0, 4.0  # s
-
-
-def times(duration: float) -> FloatArray:
-    """Sample times every 0.1 s, s."""
-    return 0.1 * np.arange(round(duration / 0.1) + 1, dtype=np.float64)
-
-
-def compiled_rates() -> Callable[[FloatArray, FloatArray], None]:
-    """The right-hand side (4-17) with (4-9), compiled, as the peers get it: rates(x, out)."""
-    import numba
-
-    p = RIG
-    J_1, J_2, J_3, k_1, k_2, d_1, d_2 = p.J_1, p.J_2, p.J_3, p.k_1, p.k_2, p.d_1, p.d_2
-    loss, gain, drop, back = p.eta**2 * p.C_m, p.eta * p.K_T, p.eta * p.T_f, p.eta * p.K_E
-    L, R, k_p, k_i, omega_s = p.L, p.R, p.k_p, p.k_i, p.omega_s
-    static, kinetic, v_b = 20.0 * p.r_1 * 0.5, 20.0 * p.r_1 * 0.306, 1.0
-
-    @numba.njit(error_model="numpy")  # type: ignore[untyped-decorator,unused-ignore]
-    def rates(x: FloatArray, out: FloatArray) -> None:
-        a = abs(x[2])
-        torque = static * x[2] / omega_s
-        if a >= omega_s:
-            torque = np.sign(x[2]) * (kinetic + (static - kinetic) * np.exp(-v_b * a))
-        out[0] = x[2] - x[3]
-        out[1] = x[3] - x[4]
-        out[2] = (-d_1 * (x[2] - x[3]) - k_1 * x[0] - torque) / J_1
-        out[3] = (d_1 * x[2] - (d_1 + d_2) * x[3] + d_2 * x[4] + k_1 * x[0] - k_2 * x[1]) / J_2
-        out[4] = (k_2 * x[1] + d_2 * x[3] - (loss + d_2) * x[4] + gain * x[5] - drop) / J_3
-        out[5] = (-R * x[5] - back * x[4] + k_p * (SPEED - x[4]) + k_i * x[6]) / L
-        out[6] = SPEED - x[4]
-
-    check = np.empty(7)
-    rates(START, check)
-    torque = float(FRICTION.torque(RIG, START[2]))
-    np.testing.assert_allclose(check, state_equations(START, SPEED, torque, RIG), rtol=1e-12)
-    return rates
+DURATION, JUDGED = 50.0, 20.0  # s
+Result = dict[str, Any]
+COMPARISONS: dict[str, tuple[Setting, float, dict[str, str]]] = {
+    "VODE in the chapter's form, error <= 1e-6": (DEFAULT, 1e-6, {"solver": CHAPTER.name}),
+    "the fastest SciPy solver, error <= 1e-6": (DEFAULT, 1e-6, {"library": "SciPy"}),
+    "numbalsoda's LSODA, error <= 1e-6": (DEFAULT, 1e-6, {"solver": "numbalsoda LSODA"}),
+    "the fastest peer, error <= 1e-6": (DEFAULT, 1e-6, {}),
+    "the fastest peer, error <= 1e-3": (LOOSE, 1e-3, {}),
+}
+"""The project's setting, the error (rad/s) within which the peers' fastest counts, and which peers."""
 
 
-def numbalsoda_solver(rates: Any, rtol: float) -> Callable[[float], FloatArray]:
-    """LSODA of numbalsoda on the compiled right-hand side."""
-    import numba
-    from numba import carray  # type: ignore[attr-defined]
-    from numbalsoda import lsoda, lsoda_sig
-
-    @numba.cfunc(lsoda_sig)  # type: ignore[untyped-decorator,unused-ignore]
-    def address(_t: float, x: Any, out: Any, _p: Any) -> None:
-        rates(carray(x, 7), carray(out, 7))
-
-    def solve(duration: float) -> FloatArray:
-        states, success = lsoda(address.address, START, times(duration), rtol=rtol, atol=1e-3 * rtol, mxstep=10**7)
-        if not success:
-            raise RuntimeError("numbalsoda gave up")
-        return np.asarray(states)
-
-    return solve
-
-
-def odeint_solver(rates: Any, rtol: float) -> Callable[[float], FloatArray]:
-    """SciPy's odeint (LSODA) on the compiled right-hand side."""
-
-    def right_hand_side(x: FloatArray, _t: float) -> FloatArray:
-        out = np.empty(7)
-        rates(x, out)
-        return out
-
-    return lambda duration: np.asarray(
-        odeint(right_hand_side, START, times(duration), rtol=rtol, atol=1e-3 * rtol, mxstep=10**7)
-    )
-
-
-def vode_solver(with_jacobian: bool) -> Callable[[float], FloatArray]:
-    """The chapter's VODE-BDF in Python, at rtol 1e-8."""
-    return lambda duration: np.concatenate(
-        [START[None], vode(RIG, FRICTION, SPEED, START, times(duration), rtol=1e-8, with_jacobian=with_jacobian)]
-    )
-
-
-def project(duration: float) -> FloatArray:
-    """The fast stepper at its default setting."""
-    states = advance_batch(RIG, FRICTION, START[None], SPEED, periods=round(duration / 0.1))
-    return np.concatenate([START[None], states[0]])
-
-
-def contenders() -> dict[str, tuple[Callable[[float], FloatArray], float]]:
-    """Each solver and the motion (s) it is timed over; a missing peer is skipped with a hint."""
-    rates = compiled_rates()
-    found = {
-        "DrillRig, default": (project, DURATION),
-        "SciPy VODE-BDF, Python, rtol 1e-8 (the chapter's)": (vode_solver(False), CHAPTER_DURATION),
-        "SciPy VODE-BDF, Python, with Jacobian, rtol 1e-8": (vode_solver(True), DURATION),
-        "SciPy odeint, compiled, rtol 1e-8": (odeint_solver(rates, 1e-8), DURATION),
+def prepared(peer: Peer, setting: Setting, reference: FloatArray) -> tuple[Result, Run | None]:
+    """A solver at one setting with its error and compile time, and its warm run; none, with the reason, if it fails."""
+    import_module(peer.library.module)
+    result: Result = {
+        "solver": peer.name,
+        "library": peer.library.name,
+        "version": peer.library.version,
+        "form": peer.form,
+        "setting": setting.label,
+        "rtol": setting.rtol,
+        "atol": setting.atol,
     }
+    runs: list[Run] = []
     try:
-        for rtol in (1e-4, 1e-6, 1e-8):
-            found[f"numbalsoda LSODA, compiled, rtol {rtol:.0e}"] = (numbalsoda_solver(rates, rtol), DURATION)
-    except ImportError:
-        print("numbalsoda is not installed and is left out; install it with: pip install numbalsoda\n")
+        compile_time = seconds_of(lambda: runs.append(peer.prepare(setting, sample_times(DURATION))))
+        error = float(largest_errors(runs[0](), reference))
+    except Exception as failure:  # whatever a solver raises where it gives up
+        return {**result, "failure": f"{type(failure).__name__}: {failure}"}, None
+    return {**result, "error_rad_s": error, "compile_s": compile_time, "timings_s": []}, runs[0]
+
+
+def time_once(result: Result, run: Run) -> None:
+    """Time a solver once more, and renew what follows from the median."""
+    result["timings_s"].append(timing(run))
+    result["seconds_for_50_s"] = statistics.median(result["timings_s"])
+    result["simulated_s_per_s"] = DURATION / result["seconds_for_50_s"]
+
+
+def fastest(results: list[Result], limit: float, solver: str = "", library: str = "") -> Result | None:
+    """The fastest result of a peer with an error below `limit` (rad/s), of one solver or library if named."""
+    good = [
+        result
+        for result in results
+        if "simulated_s_per_s" in result
+        and result["library"] != LIBRARY.name
+        and result["error_rad_s"] <= limit
+        and solver in result["solver"]
+        and library in result["library"]
+    ]
+    return max(good, key=lambda result: float(result["simulated_s_per_s"]), default=None)
+
+
+def ratios(results: list[Result]) -> dict[str, Result]:
+    """How many times faster the project is, by what it is compared with."""
+    found = {}
+    for name, (setting, limit, peers) in COMPARISONS.items():
+        rival = fastest(results, limit, **peers)
+        for own in results:
+            if rival and own["library"] == LIBRARY.name and own["rtol"] == setting.rtol and "simulated_s_per_s" in own:
+                found[name] = {
+                    "ratio": own["simulated_s_per_s"] / rival["simulated_s_per_s"],
+                    "project_setting": own["setting"],
+                    "project_error_rad_s": own["error_rad_s"],
+                    "peer": rival["solver"],
+                    "peer_setting": rival["setting"],
+                    "peer_error_rad_s": rival["error_rad_s"],
+                }
     return found
-
-
-def main() -> None:
-    """Measure all solvers and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=int, default=5, help="timings of which the median counts (default: 5)")
-    parser.add_argument("--json", type=Path, default=Path("results/solvers.json"), help="where to write the figures")
-    arguments = parser.parse_args()
-    reference = radau(RIG, FRICTION, SPEED, START, times(JUDGED))[:, 2]
-    results: dict[str, Any] = {}
-    for name, (solve, duration) in contenders().items():
-        judged = min(duration, JUDGED)
-        bit_speed = solve(judged)[1:, 2]
-        error = float(np.abs(bit_speed - reference[: len(bit_speed)]).max())
-        repeats = 1 if solve is not project and duration < JUDGED else arguments.repeats
-        seconds = median_seconds(lambda solve=solve, duration=duration: solve(duration), repeats)  # type: ignore[misc]
-        results[name] = {"error": error, "rate": duration / seconds}
-    fastest = results["DrillRig, default"]["rate"]
-    for result in results.values():
-        result["ratio"] = fastest / result["rate"]
-    print_table(
-        ["solver", "error, rad/s", "simulated s a second", "DrillRig is faster by"],
-        [[name, f"{r['error']:.1e}", f"{r['rate']:,.0f}", f"{r['ratio']:,.1f} x"] for name, r in results.items()],
-    )
-    worst = accuracy()
-    print(f"\nlargest error of any speed over the 30 stored runs (2 to 40 N, 0.3 to 9 rad/s): {worst:.1e} rad/s")
-    write_json(arguments.json, {"solvers": results, "largest_error": worst})
 
 
 def accuracy() -> float:
@@ -163,6 +114,110 @@ def accuracy() -> float:
         float(np.abs(simulate(sample_period=0.1, **arguments(*case)).state[:, 2:5] - speeds).max())
         for case, speeds in stored().items()
     )
+
+
+def report(results: list[Result], found: dict[str, Result]) -> None:
+    """Print both tables."""
+    print_table(
+        ["solver", "setting", "error, rad/s", "seconds for 50 s", "simulated s a second", "compiled in, s"],
+        [
+            [
+                r["solver"],
+                r["setting"],
+                f"{r['error_rad_s']:.1e}",
+                f"{r['seconds_for_50_s']:.2g}",
+                f"{r['simulated_s_per_s']:,.0f}",
+                f"{r['compile_s']:.1f}",
+            ]
+            if "seconds_for_50_s" in r
+            else [r["solver"], r["setting"], r.get("failure", "not timed"), "-", "-", "-"]
+            for r in results
+        ],
+    )
+    if found:
+        print()
+        print_table(
+            ["faster than", "by", "DrillRig", "its error, rad/s", "peer", "its error, rad/s"],
+            [
+                [
+                    name,
+                    f"{r['ratio']:,.1f} x",
+                    r["project_setting"],
+                    f"{r['project_error_rad_s']:.1e}",
+                    f"{r['peer']}, {r['peer_setting']}",
+                    f"{r['peer_error_rad_s']:.1e}",
+                ]
+                for name, r in found.items()
+            ],
+        )
+
+
+def chosen(only: list[str], quick: bool) -> list[tuple[Peer, Setting]]:
+    """Peers that are installed, with the settings that they are given; says which are not."""
+    runs = []
+    for library in dict.fromkeys(peer.library for peer in PEERS):
+        if not library.found:
+            note(library.hint)
+    for peer in PEERS:
+        if peer.library.found and (not only or any(name.lower() in peer.name.lower() for name in only)):
+            settings = peer.settings[1 :: max(1, len(peer.settings) // 2)] if quick else peer.settings
+            runs += [(peer, setting) for setting in settings or peer.settings]
+    return runs
+
+
+def main() -> None:
+    """Measure all solvers and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--repeats", type=int, default=5, help="timings of which the median counts (default: 5)")
+    parser.add_argument("--quick", action="store_true", help="a first look: few settings, 2 repeats, about a minute")
+    parser.add_argument("--only", action="append", default=[], metavar="NAME", help="only solvers with NAME in theirs")
+    parser.add_argument(
+        "--json", type=Path, default=Path("results/benchmarks/solvers.json"), help="where to write the figures"
+    )
+    arguments = parser.parse_args()
+    repeats = 2 if arguments.quick else arguments.repeats
+    use_one_core()
+    wanted = chosen(arguments.only, arguments.quick)
+    reference = ONE_RIG.bit_speeds(sample_times(JUDGED))[0]
+    results: list[Result] = []
+    outcome: Result = {
+        "case": {
+            "normal_force_N": float(ONE_RIG.normal_force[0]),
+            "speed_reference_rad_s": float(ONE_RIG.speed_reference[0]),
+            "start": START.tolist(),
+            "duration_s": DURATION,
+            "error_over_s": JUDGED,
+        },
+        "quick": arguments.quick,
+        "repeats": repeats,
+        "left_out": sorted({peer.library.hint for peer in PEERS if not peer.library.found}),
+        "solvers": results,
+    }
+    runs: list[tuple[Result, Run]] = []
+    try:
+        for number, (peer, setting) in enumerate(wanted, 1):
+            note(f"[{number}/{len(wanted)}] {peer.name}, {setting.label}: compilation and error")
+            result, run = prepared(peer, setting, reference)
+            results.append(result)
+            runs += [(result, run)] if run else []
+            write_json(arguments.json, outcome, announce=False)
+        for turn in range(1, repeats + 1):
+            note(f"[{turn}/{repeats}] timing of all")
+            for result, run in runs:
+                time_once(result, run)
+            outcome["faster_than"] = ratios(results)
+            write_json(arguments.json, outcome, announce=False)
+        note("accuracy over the stored runs, and the first call after an installation")
+        outcome["largest_error_of_stored_runs_rad_s"] = accuracy()
+        outcome["project_first_call_s"] = compile_seconds()
+    except KeyboardInterrupt:
+        note("stopped; what was measured is kept")
+    report(results, outcome.get("faster_than", {}))
+    if "project_first_call_s" in outcome:
+        worst = outcome["largest_error_of_stored_runs_rad_s"]
+        print(f"\nlargest error of any speed over the 30 stored runs (2 to 40 N, 0.3 to 9 rad/s): {worst:.1e} rad/s")
+        print(f"first call after an installation, which compiles: {outcome['project_first_call_s']:.1f} s")
+    write_json(arguments.json, outcome)
 
 
 if __name__ == "__main__":

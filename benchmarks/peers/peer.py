@@ -1,0 +1,97 @@
+"""What a solver must offer to be compared: a way to prepare one rig's run, and perhaps a batch's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from typing import NamedTuple, TypeAlias
+
+from benchmarks.stick_slip import Rigs
+from drillrig_env.friction import FloatArray
+
+Run: TypeAlias = Callable[[], FloatArray]
+"""Solves, with everything compiled before; the states at all sample times, the start among them."""
+
+
+class Setting(NamedTuple):
+    """How accurate a solver shall be: relative and absolute tolerance of a step.
+
+    The project has one number instead, the error of the speeds (rad/s); it stands in `rtol`.
+    """
+
+    rtol: float
+    atol: float
+
+    @property
+    def label(self) -> str:
+        """The setting in a table."""
+        return f"rtol {self.rtol:.0e}, atol {self.atol:.0e}" if self.atol else f"tolerance {self.rtol:.0e} rad/s"
+
+
+def settings(*rtols: float, ratio: float = 1e-3) -> tuple[Setting, ...]:
+    """Settings whose absolute tolerance is `ratio` of the relative one: the stick zone is 1e-3 rad/s wide."""
+    return tuple(Setting(rtol, ratio * rtol) for rtol in rtols)
+
+
+@dataclass(frozen=True)
+class Library:
+    """Where a solver comes from."""
+
+    name: str
+    module: str
+    install: str
+    """Its name for `pip install`."""
+
+    @property
+    def found(self) -> bool:
+        """Whether it is installed."""
+        return find_spec(self.module) is not None
+
+    @property
+    def hint(self) -> str:
+        """What to tell where it is not."""
+        return f"{self.name} is left out; install it with: pip install {self.install}"
+
+    @property
+    def version(self) -> str:
+        """Its installed version."""
+        return version(self.install)
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A solver for one rig. `prepare(setting, times)` compiles all that can be; the run gives (samples, 7)."""
+
+    library: Library
+    method: str
+    form: str
+    """What it gets: the language of the right-hand side, a Jacobian, events."""
+    settings: tuple[Setting, ...]
+    prepare: Callable[[Setting, FloatArray], Run]
+
+    @property
+    def name(self) -> str:
+        """The solver in a table."""
+        return f"{self.library.name} {self.method}"
+
+
+@dataclass(frozen=True)
+class BatchPeer:
+    """A solver for many rigs. `prepare(rigs, setting, times, threads)`; the run gives (rigs, samples, 7)."""
+
+    library: Library
+    method: str
+    form: str
+    settings: tuple[Setting, ...]
+    prepare: Callable[[Rigs, Setting, FloatArray, int], Run]
+    one_core: bool = False
+    """Whether it shall keep to one core rather than use all."""
+    duration: float = 10.0
+    """Motion that it is given, s: less where it is too slow for more."""
+
+    @property
+    def name(self) -> str:
+        """The solver in a table."""
+        return f"{self.library.name} {self.method}"
