@@ -6,64 +6,34 @@
 Everything but the map runs on one core; compilation, gfortran's too, is not counted. "A new rig"
 includes what is found once a rig: its critical slope and its family of slipping orbits.
 
-AUTO-07p gets the model in Fortran, written by this script, at N_1 = 10 N. It continues steady rotation down
-from 4 rad/s to the Hopf point, and from there the unstable orbit p2 to the fold (200 intervals of 4
-collocation points), on the law
-
-    T_r1 = N_1 r_1 [mu_k + (mu_s - mu_k) exp(-v_b |x_3|)] s(x_3 / omega_s),    omega_s = 1e-3 rad/s,
-
-with s(z) = z cut off at -1 and 1, which is (4-9) but for its jump of 0.04 % at omega_s, and with two
-smooth s(z), whose folds are not that of (4-9): with the kink AUTO does not converge (MX) near the fold.
+AUTO-07p continues the same model in Fortran (`benchmarks/auto.py`): its Hopf point, and the fold of the orbit p2.
 """
 
 from __future__ import annotations
 
 import argparse
-import multiprocessing
 import os
-import shutil
-import subprocess
-import tempfile
 import time
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import median_seconds, print_table, write_json
+from benchmarks.auto import FRICTION, HINT, LAWS, ONE_CORE, RIG, auto, is_installed
+from benchmarks.measure import in_new_process, median_seconds, note, print_table, write_json
 from drillrig_env import Friction, Rig
-from drillrig_env.model import steady_state
 from drillrig_env.stability import bifurcation_diagram, critical_speed, fold_speed, hopf_and_fold_curves
 from drillrig_env.stability.bifurcation import slipping_branch
 from drillrig_env.stability.vibration_map import region_map, simulated_map
+from drillrig_env.threads import available_threads
 
-RIG, FRICTION = Rig(), Friction(10.0)
-ONE_CORE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 P2_POINTS = 31  # as many orbits as AUTO computes from the Hopf point to the fold
+BRANCH = f"Hopf point, p2 with {P2_POINTS} orbits and fold, a new rig"
 CLEAR = 0.03  # share of a border's speed within which a point of the map is not judged
-TIMEOUT = 120.0  # s, for each run of the compiler or of AUTO
-
-START_SPEED = 4.0  # rad/s, where AUTO's equilibria begin
-HOPF, FOLD, END = 3, 5, 9  # AUTO's types of points
-LIBRARY = Path(os.environ.get("AUTO_DIR", "/usr/lib/auto-07p"), "lib")  # where Debian has AUTO's object files
-HINT = "AUTO-07p is not installed and is left out; on Debian: apt-get install auto-07p gfortran"
-LAWS = {  # the factor s(z), z = x_3 / omega_s, in Fortran
-    "(4-9) without its jump": "sign(min(abs(z), 1d0), z)",
-    "s = tanh(z)": "tanh(z)",
-    "s = z / (1 + z^8)^(1/8)": "z/(1d0 + z**8)**0.125d0",
-}
-CONSTANTS = """NDIM=7, NPAR=11, NBC=0, NINT=0, JAC=0, IPLT=0, IID=2, MXBF=0, ILP=1, ISP=2, ISW=1
-NCOL=4, IAD=3, IADS=1, ITMX=9, ITNW=7, NWTN=3, NPR=1000, RL0=1.0, RL1=5.0, A0=0.0, A1=1e6, THL={11: 0.0}
-"""
-EQUILIBRIA = """IPS=1, IRS=0, ICP=[1], NTST=20, NMX=1000, EPSL=1e-10, EPSU=1e-10, EPSS=1e-8
-DS=-0.01, DSMIN=1e-6, DSMAX=0.05, STOP=['HB1']
-"""
-ORBITS = """IPS=2, IRS=2, ICP=[1, 11], NTST=200, NMX=400, EPSL=1e-7, EPSU=1e-7, EPSS=1e-5
-DS=0.01, DSMIN=1e-6, DSMAX=0.5, STOP=['LP1']
-"""
+REPEATS, QUICK_REPEATS = 5, 1
+SIZE, QUICK_SIZE = 200, 40  # points along either side of the map
 
 
 def analyses() -> dict[str, Callable[[], object]]:
@@ -87,25 +57,21 @@ def analyses() -> dict[str, Callable[[], object]]:
         "fold, a new rig": lambda: fold_speed(new_rig(), FRICTION),
         "fold of 1,000 frictions": lambda: fold_speed(RIG, frictions),
         "critical speed and fold over 200 normal forces": lambda: hopf_and_fold_curves(RIG, FRICTION, forces),
-        f"Hopf point, p2 with {P2_POINTS} orbits and fold, a new rig": branch_of_new_rig,
+        BRANCH: branch_of_new_rig,
         "bifurcation diagram, 120 + 120 orbits": lambda: bifurcation_diagram(RIG, FRICTION, points=120),
     }
 
 
-def project_seconds(repeats: int) -> dict[str, float]:
-    """Median seconds of each analysis."""
-    return {name: median_seconds(work, repeats) for name, work in analyses().items()}
-
-
-def on_one_core(repeats: int) -> dict[str, float]:
-    """`project_seconds` in a process of its own, whose linear algebra starts with one thread."""
-    os.environ.update(ONE_CORE)
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(project_seconds, repeats).result()
+def analysis_seconds(name: str, repeats: int) -> float:
+    """Median seconds of one analysis."""
+    return median_seconds(analyses()[name], repeats)
 
 
 def map_figures(size: int) -> dict[str, float]:
-    """Seconds of the simulated map, and the share of its points away from the curves that agrees with them."""
+    """Seconds of the simulated map, and the share of its points away from the curves that agrees with them.
+
+    The map has `size` points along either side; all cores work on it.
+    """
     speeds, forces = np.linspace(0.8, 6.0, size), np.linspace(4.0, 40.0, size)
     simulated_map(RIG, FRICTION, speeds[:1], forces[:1])
     begin = time.perf_counter()
@@ -115,132 +81,82 @@ def map_figures(size: int) -> dict[str, float]:
     borders = np.stack([curves["critical_speed"], curves["fold_speed"]])[:, :, None]
     clear = np.abs(speeds / borders - 1.0).min(axis=0) > CLEAR
     agrees = found.region == region_map(RIG, FRICTION, speeds, forces).region
-    return {"seconds": seconds, "points": size**2, "judged": int(clear.sum()), "agree": float(agrees[clear].mean())}
+    judged, agree = int(clear.sum()), float(agrees[clear].mean())
+    return {"seconds": seconds, "points": size**2, "cores": available_threads(), "judged": judged, "agree": agree}
 
 
-def fortran(law: str) -> str:
-    """The model (4-17) as AUTO wants it, with `law` as the factor s(z); par(1) is the speed reference."""
-
-    def number(value: float) -> str:
-        return f"({value:.17e})".replace("e", "d")
-
-    p, f = RIG, FRICTION
-    scale = float(np.max(f.normal_force)) * p.r_1
-    values = {
-        **{name: getattr(p, name) for name in ("J_1", "J_2", "J_3", "k_1", "k_2", "d_1", "d_2", "T_r2", "omega_s")},
-        **{name: getattr(p, name) for name in ("L", "R", "k_p", "k_i")},
-        **{"loss": p.eta**2 * p.C_m, "gain": p.eta * p.K_T, "drop": p.eta * p.T_f, "back": p.eta * p.K_E},
-        **{"kinetic": scale * f.mu_k, "more": scale * (np.asarray(f.mu_s) - f.mu_k), "v_b": f.v_b},
-    }
-    names = "".join(f"double precision, parameter :: {k} = {number(float(v))}\n" for k, v in values.items())
-    start = steady_state(RIG, FRICTION, START_SPEED)
-    states = "".join(f"u({i + 1}) = {number(float(x))}\n" for i, x in enumerate(start))
-    unused = {"bcnd": "n,p,i,m,u,v,f,j,d", "icnd": "n,p,i,m,u,v,w,x,f,j,d", "fopt": "n,u,i,p,j,f,d,e", "pvls": "n,u,p"}
-    return f"""subroutine func(ndim, u, icp, par, ijac, f, dfdu, dfdp)
-implicit none
-integer, intent(in) :: ndim, icp(*), ijac
-double precision, intent(in) :: u(ndim), par(*)
-double precision, intent(out) :: f(ndim)
-double precision, intent(inout) :: dfdu(ndim,ndim), dfdp(ndim,*)
-{names}double precision :: z, torque
-z = u(3)/omega_s
-torque = (kinetic + more*exp(-v_b*abs(u(3))))*{law}
-f(1) = u(3) - u(4)
-f(2) = u(4) - u(5)
-f(3) = (-d_1*(u(3) - u(4)) - k_1*u(1) - torque)/J_1
-f(4) = (d_1*u(3) - (d_1 + d_2)*u(4) + d_2*u(5) + k_1*u(1) - k_2*u(2) - T_r2)/J_2
-f(5) = (k_2*u(2) + d_2*u(4) - (loss + d_2)*u(5) + gain*u(6) - drop)/J_3
-f(6) = (-R*u(6) - back*u(5) + k_p*(par(1) - u(5)) + k_i*u(7))/L
-f(7) = par(1) - u(5)
-end subroutine
-subroutine stpnt(ndim, u, par, t)
-implicit none
-integer, intent(in) :: ndim
-double precision, intent(inout) :: u(ndim), par(*)
-double precision, intent(in) :: t
-par(1) = {number(START_SPEED)}
-{states}end subroutine
-""" + "".join(f"subroutine {name}({arguments})\nend subroutine\n" for name, arguments in unused.items())
+def measure(repeats: int, size: int) -> Iterator[tuple[str, str, Any]]:
+    """Table, row and figures of one measurement after another."""
+    os.environ.update(ONE_CORE)  # for the linear algebra of the processes to come
+    seconds = {}
+    for name in analyses():
+        seconds[name] = in_new_process(analysis_seconds, name, repeats)
+        yield "seconds", name, seconds[name]
+    yield "hopf_to_fold", "DrillRig, (4-9), a new rig", own_hopf_to_fold(seconds[BRANCH])
+    if is_installed():
+        for name, law in LAWS.items():
+            yield "hopf_to_fold", f"AUTO-07p, {name}", auto(law, repeats)
+    else:
+        note(HINT)
+    for key, value in map_figures(size).items():
+        yield "map", key, value
 
 
-def special_point(folder: Path) -> tuple[int, float, int]:
-    """Type, speed reference (rad/s) and number of the last point that AUTO wrote; a type < 0 is a failure."""
-    rows = [line.split() for line in (folder / "fort.7").read_text(encoding="utf-8").splitlines()]
-    last = [row for row in rows if row and row[0] != "0"][-1]
-    return int(last[2]), float(last[4]), abs(int(last[1]))
+def own_hopf_to_fold(seconds: float) -> dict[str, Any]:
+    """What the project finds from the Hopf point to the fold."""
+    found = {"hopf": critical_speed(RIG, FRICTION), "fold": fold_speed(RIG, FRICTION)}
+    return {**found, "seconds": seconds, "remark": f"{P2_POINTS} orbits"}
 
 
-def auto_run(folder: Path) -> dict[str, Any]:
-    """Both of AUTO's continuations in a folder with the compiled model: Hopf point, fold, or why there is none."""
-
-    def run(constants: str) -> tuple[int, float, int]:
-        (folder / "fort.2").write_text(CONSTANTS + constants, encoding="utf-8")
-        subprocess.run(
-            ["./model"], cwd=folder, check=True, timeout=TIMEOUT, capture_output=True, env={**os.environ, **ONE_CORE}
-        )
-        return special_point(folder)
-
-    (folder / "fort.3").unlink(missing_ok=True)
-    kind, hopf, _ = run(EQUILIBRIA)
-    if kind != HOPF:
-        return {"remark": f"no Hopf point; ended at {hopf:.5f} rad/s"}
-    shutil.copy(folder / "fort.8", folder / "fort.3")
-    kind, speed, points = run(ORBITS)
-    if kind != FOLD:
-        why = "did not converge (MX)" if kind == -END else "ended"
-        return {"hopf": hopf, "remark": f"no fold: {why} at {speed:.5f} rad/s"}
-    return {"hopf": hopf, "fold": speed, "remark": f"{points} orbits"}
-
-
-def auto(law: str, repeats: int) -> dict[str, Any]:
-    """AUTO-07p on one law: `auto_run` and its median seconds; a failure in words."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        (folder / "model.f90").write_text(fortran(law), encoding="utf-8")
-        compiler = ["gfortran", "-O2", "-fopenmp", "model.f90", *map(str, sorted(LIBRARY.glob("*.o"))), "-o", "model"]
-        try:
-            subprocess.run(compiler, cwd=folder, check=True, timeout=TIMEOUT, capture_output=True)
-            return {**auto_run(folder), "seconds": median_seconds(lambda: auto_run(folder), repeats)}
-        except subprocess.TimeoutExpired as error:
-            return {"remark": f"failed: {error.cmd[0]} took longer than {TIMEOUT:.0f} s"}
-        except subprocess.CalledProcessError as error:
-            return {"remark": f"failed: {error.cmd[0]} ended with status {error.returncode}"}
-        except (OSError, ValueError, IndexError) as error:
-            return {"remark": f"failed: AUTO's output cannot be read ({error})"}
-
-
-def main() -> None:
-    """Measure everything and print both tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=int, default=5, help="timings of which the median counts (default: 5)")
-    parser.add_argument("--json", type=Path, default=Path("results/stability.json"), help="where to write the figures")
-    parser.add_argument("--map", type=int, default=200, help="points along either side of the map (default: 200)")
-    arguments = parser.parse_args()
-    seconds = on_one_core(arguments.repeats)
-    vibration = map_figures(arguments.map)
-    print_table(["DrillRig, 10 N", "seconds"], [[name, f"{value:.2g}"] for name, value in seconds.items()])
-    print(
-        f"\n{arguments.map} x {arguments.map} map by simulation from both starts, all {os.cpu_count()} cores: "
-        f"{vibration['seconds']:.1f} s; {100 * vibration['agree']:.2f} % of the {vibration['judged']:,} points "
-        f"more than {100 * CLEAR:.0f} % from the curves agree with them\n"
-    )
-    branch = next(value for name, value in seconds.items() if name.startswith("Hopf"))
-    own = {"hopf": critical_speed(RIG, FRICTION), "fold": fold_speed(RIG, FRICTION), "seconds": branch}
-    peers: dict[str, dict[str, Any]] = {"DrillRig, (4-9), a new rig": {**own, "remark": f"{P2_POINTS} orbits"}}
-    installed = (LIBRARY / "main.o").exists() and shutil.which("gfortran") is not None
-    if installed:
-        peers |= {f"AUTO-07p, {name}": auto(law, arguments.repeats) for name, law in LAWS.items()}
+def tabulate(results: dict[str, dict[str, Any]]) -> None:
+    """Print all tables, as far as they have been measured."""
+    print_table(["DrillRig, 10 N", "seconds"], [[name, f"{value:.2g}"] for name, value in results["seconds"].items()])
+    print()
     columns = {"hopf": ".8f", "fold": ".6f", "seconds": ".2g"}
     print_table(
         ["Hopf point to fold, 10 N", "Hopf point, rad/s", "fold, rad/s", "seconds", "remark"],
         [
             [name, *(format(r[key], digits) if key in r else "-" for key, digits in columns.items()), r["remark"]]
-            for name, r in peers.items()
+            for name, r in results["hopf_to_fold"].items()
         ],
     )
-    if not installed:
-        print(f"\n{HINT}")
-    write_json(arguments.json, {"seconds": seconds, "map": vibration, "hopf_to_fold": peers})
+    if vibration := results["map"]:
+        print(f"\n{told(vibration)}")
+
+
+def told(vibration: dict[str, Any]) -> str:
+    """The map's figures in a sentence."""
+    side = round(vibration["points"] ** 0.5)
+    return (
+        f"{side} x {side} map by simulation from both starts, all {vibration['cores']} cores: "
+        f"{vibration['seconds']:.1f} s; {100 * vibration['agree']:.2f} % of the {vibration['judged']:,} points "
+        f"more than {100 * CLEAR:.0f} % from the curves agree with them"
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Measure, write the figures after each of them, and print the tables."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.stability", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add("--repeats", type=int, help=f"timings of which the median counts (default: {REPEATS}; quick: {QUICK_REPEATS})")
+    add("--map", type=int, help=f"points along either side of the map (default: {SIZE}; quick: {QUICK_SIZE})")
+    add("--quick", action="store_true", help="a first look: every analysis once, a small map")
+    add("--json", type=Path, default=Path("results/benchmarks/stability.json"), help="where to write the figures")
+    chosen = parser.parse_args(arguments)
+    repeats = chosen.repeats or (QUICK_REPEATS if chosen.quick else REPEATS)
+    size = chosen.map or (QUICK_SIZE if chosen.quick else SIZE)
+    results: dict[str, dict[str, Any]] = {"seconds": {}, "hopf_to_fold": {}, "map": {}}
+    try:
+        for table, name, figures in measure(repeats, size):
+            results[table][name] = figures
+            note(name)
+            write_json(chosen.json, results, announce=False)
+    except KeyboardInterrupt:
+        note("stopped; what was measured is kept")
+    tabulate(results)
+    write_json(chosen.json, results)
 
 
 if __name__ == "__main__":
