@@ -10,7 +10,7 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo test slow lint figures results benchmark clean
+.PHONY: demo test slow lint figures results benchmark peers clean
 
 demo: $(READY)  ## The trained agents and the whole field on 1,000 random rigs
 	$(BIN)/python eval.py --suite default --output $(DEMO)
@@ -35,10 +35,17 @@ results: $(READY)  ## Every policy on every suite, and the page of results; abou
 	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures
 	$(BIN)/python -m drillrig_env.evaluation.page results/state results/surface
 
-benchmark: $(READY)  ## Speed and accuracy against other solvers and environments
+benchmark: $(READY)  ## Speed beside everything else that is installed, and the page of it; about an hour
 	$(BIN)/python -m benchmarks.solvers
+	$(BIN)/python -m benchmarks.batches
 	$(BIN)/python -m benchmarks.environments
+	$(BIN)/python -m benchmarks.startup
+	$(BIN)/python -m benchmarks.training
 	$(BIN)/python -m benchmarks.stability
+	$(BIN)/python -m benchmarks.page
+
+peers: $(READY)  ## The other solvers and environments that `make benchmark` compares with
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[benchmark]'
 
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
