@@ -1,6 +1,6 @@
 """Two reference solutions with SciPy: the chapter's VODE-BDF, and Radau with the kinks split by events.
 
-The fast stepper is tested against both. They are slow: 5 to 20 simulated seconds a second.
+The fast stepper is tested against both. They are hundreds (VODE) to ten thousands (Radau) of times slower.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def vode(
     """Integrate as the chapter does, with VODE's BDF method on (4-17) and (4-9), in plain Python.
 
     `times` starts at the time of `state`; returns the states at `times[1:]`, shape (n, 7).
-    With `with_jacobian=False` VODE iterates functionally, at some 50 times the work. The Jacobian
+    With `with_jacobian=False` VODE iterates functionally, at some 40 times the work. The Jacobian
     is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
     """
     law = friction.law(rig)

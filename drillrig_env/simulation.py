@@ -122,9 +122,9 @@ def simulate(
     schedules such as `[(0, 0.0), (50, 25.0)]`: 0 N until 50 s, then 25 N.
 
     Which method? "fast", the exact stepper, unless you want to check it: the error of any speed stays below
-    `tolerance` over 20 s, 1e-7 to 1e-3 rad/s (others have their own: see `drillrig_env.reference`). "radau" is
-    the accurate reference, with the kinks of the friction law split by events; "vode" is the chapter's
-    own way. They are 10,000 times slower or more.
+    `tolerance` over 20 s, 1e-7 to 1e-3 rad/s (others have their own: see `drillrig_env.reference`). "vode" is
+    the chapter's own way, hundreds of times slower; "radau", ten thousands of times slower, is the accurate
+    reference, with the kinks of the friction law split by events.
 
     >>> run = simulate(speed_reference=3.0, normal_force=[(0, 0.0), (50, 25.0)], duration=100)
     >>> bool(run.bit_speed[-500:].max() > 5.0)  # stick-slip: the bit races at twice its speed

@@ -9,7 +9,7 @@ from benchmarks.parts.part import CARTPOLE, RIG, Part, Results, amount, duration
 from drillrig_env.figures.style import Picture, new_figure
 
 BATCH = 4096  # copies for which the speed is quoted
-WAYS = {"fixed": "fixed action", "random": "random actions"}
+WAYS = {"fixed": "fixed action", "random": "random actions, drawn within the time"}
 SMALL, LARGE = 256, 65_536  # copies between which the time of one step is compared
 
 
