@@ -80,7 +80,8 @@ class RigBatch:
         self.rigs["step"] = steps  # no episode has begun
         channels = len(self.sensors.channels)
         self.observations: Observations = np.zeros((num_rigs, channels), dtype=np.float32)
-        self._past = np.zeros((num_rigs, self.delay[1] + 1, channels), dtype=np.float32)
+        slots = self.delay[1] + 1 if self.delay[1] else 0
+        self._past = np.zeros((num_rigs, slots, channels), dtype=np.float32)
         self._tables, self._start_tables = ladder(self.drive, CONTROL_PERIOD), ladder(self.rig, CONTROL_PERIOD)
         self._layout = self.sensors.layout(noise)
         self._settings = np.zeros(1, dtype=SETTINGS)

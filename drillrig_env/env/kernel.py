@@ -104,7 +104,8 @@ def step_rigs(
 
     `rigs` is an array of RIG, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
     length 1, `layout` the sensors' and `observations` of shape (n, channels) is filled for all rigs.
-    `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen.
+    `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
+    delay it has no entries.
     """
     work = np.zeros(1, dtype=WORKSPACE)[0]
     values = np.empty(_CHANNELS)
@@ -114,7 +115,7 @@ def step_rigs(
         if rig.step < s.steps:
             _step(rig, actions[n, 0], s, rungs, sampling, shift, work)
         _measure(rig, layout, values, observations[n])
-        if past.shape[1] > 1:
+        if past.shape[1] > 0:
             _delay(rig, layout, past[n], observations[n])
 
 
