@@ -37,7 +37,7 @@ from benchmarks.measure import (
     write_json,
 )
 from benchmarks.peers import BATCH_PEERS
-from benchmarks.peers.peer import BatchPeer, Run, Setting
+from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
 from benchmarks.stick_slip import NORMAL_FORCES, SPEED_REFERENCES, Rigs, drawn_rigs, largest_errors, sample_times
 from drillrig_env.friction import FloatArray
 from drillrig_env.threads import available_threads
@@ -53,7 +53,7 @@ def prepared(name: str, setting: Setting, rigs: int, sampled: bool) -> tuple[Run
     peer = next(peer for peer in BATCH_PEERS if peer.name == name)
     if peer.one_core:
         use_one_core()
-    import_module(peer.library.module)
+    import_module(peer.package.module)
     times = sample_times(peer.duration) if sampled else np.array([0.0, peer.duration])
     runs: list[Run] = []
     seconds = seconds_of(
@@ -108,13 +108,7 @@ def expected_seconds(sizes: Result, size: int) -> float:
 def described(peer: BatchPeer, setting: Setting) -> Result:
     """A solver at one setting, before it is measured."""
     return {
-        "solver": peer.name,
-        "library": peer.library.name,
-        "version": peer.library.version,
-        "form": peer.form,
-        "setting": setting.label,
-        "rtol": setting.rtol,
-        "atol": setting.atol,
+        **peer.described(setting),
         "cores": 1 if peer.one_core else available_threads(),
         "duration_s": peer.duration,
         "sizes": {},
@@ -203,13 +197,12 @@ def main() -> None:
     arguments = parser.parse_args()
     sizes = sorted(size for size in arguments.sizes if not arguments.quick or size <= BASE_SIZE)
     repeats, limit = (2, 10.0) if arguments.quick else (arguments.repeats, arguments.limit)
-    for library in dict.fromkeys(peer.library for peer in BATCH_PEERS):
-        if not library.found:
-            note(library.hint)
+    missing = left_out(BATCH_PEERS)
+    for hint in missing:
+        note(hint)
     runs = [
         (peer, setting)
-        for peer in BATCH_PEERS
-        if peer.library.found and (not arguments.only or any(n.lower() in peer.name.lower() for n in arguments.only))
+        for peer in asked_for(BATCH_PEERS, arguments.only)
         for setting in (peer.settings[len(peer.settings) // 2 :][:1] if arguments.quick else peer.settings)
     ]
     note("the accurate solution")
@@ -225,7 +218,7 @@ def main() -> None:
         "quick": arguments.quick,
         "limit_s": limit,
         "cores": available_threads(),
-        "left_out": sorted({peer.library.hint for peer in BATCH_PEERS if not peer.library.found}),
+        "left_out": missing,
         "batches": results,
     }
     try:

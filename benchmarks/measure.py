@@ -1,4 +1,4 @@
-"""What the benchmarks share: medians of timings, memory, new processes, the machine's name, tables and JSON files."""
+"""What the benchmarks share: medians of timings, memory, new processes, tables and JSON files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import json
 import math
 import multiprocessing
 import os
-import platform
 import signal
 import statistics
 import sys
@@ -16,7 +15,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from drillrig_env.evaluation.provenance import provenance
+from drillrig_env.evaluation.provenance import processor, provenance
 
 LEAST_SECONDS = 0.02
 """Shorter work is repeated within one timing until it takes about this long, s."""
@@ -116,16 +115,6 @@ def _answer(sender: Connection, work: Callable[..., Any], arguments: tuple[Any, 
         sender.send((f"{type(error).__name__}: {error}", None))
 
 
-def machine() -> str:
-    """The processor's name, as far as the system tells it."""
-    cpuinfo = Path("/proc/cpuinfo")
-    if cpuinfo.exists():
-        for line in cpuinfo.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
-
-
 def note(line: str) -> None:
     """Tell on standard error how far a benchmark is."""
     print(line, file=sys.stderr, flush=True)
@@ -142,7 +131,7 @@ def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 def write_json(path: Path, results: dict[str, Any], *, announce: bool = True) -> None:
     """Write results beside machine, versions and date; `announce` prints where."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = {"machine": machine(), "provenance": provenance(), "results": results}
+    content = {"machine": processor(), "provenance": provenance(), "results": results}
     path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     if announce:
-        print(f"\n{machine()}; written to {path}")
+        print(f"\n{processor()}; written to {path}")

@@ -27,7 +27,7 @@ import numpy as np
 
 from benchmarks.measure import note, print_table, seconds_of, timing, use_one_core, write_json
 from benchmarks.peers import PEERS
-from benchmarks.peers.peer import Peer, Run, Setting
+from benchmarks.peers.peer import Peer, Run, Setting, asked_for, left_out
 from benchmarks.peers.project import DEFAULT, LIBRARY, LOOSE, compile_seconds
 from benchmarks.peers.scipy_solvers import CHAPTER
 from benchmarks.stick_slip import ONE_RIG, START, largest_errors, sample_times
@@ -48,16 +48,8 @@ COMPARISONS: dict[str, tuple[Setting, float, dict[str, str]]] = {
 
 def prepared(peer: Peer, setting: Setting, reference: FloatArray) -> tuple[Result, Run | None]:
     """A solver at one setting with its error and compile time, and its warm run; none, with the reason, if it fails."""
-    import_module(peer.library.module)
-    result: Result = {
-        "solver": peer.name,
-        "library": peer.library.name,
-        "version": peer.library.version,
-        "form": peer.form,
-        "setting": setting.label,
-        "rtol": setting.rtol,
-        "atol": setting.atol,
-    }
+    import_module(peer.package.module)
+    result = peer.described(setting)
     runs: list[Run] = []
     try:
         compile_time = seconds_of(lambda: runs.append(peer.prepare(setting, sample_times(DURATION))))
@@ -153,15 +145,11 @@ def report(results: list[Result], found: dict[str, Result]) -> None:
 
 
 def chosen(only: list[str], quick: bool) -> list[tuple[Peer, Setting]]:
-    """Peers that are installed, with the settings that they are given; says which are not."""
+    """Peers that are installed, with the settings that they are given."""
     runs = []
-    for library in dict.fromkeys(peer.library for peer in PEERS):
-        if not library.found:
-            note(library.hint)
-    for peer in PEERS:
-        if peer.library.found and (not only or any(name.lower() in peer.name.lower() for name in only)):
-            settings = peer.settings[1 :: max(1, len(peer.settings) // 2)] if quick else peer.settings
-            runs += [(peer, setting) for setting in settings or peer.settings]
+    for peer in asked_for(PEERS, only):
+        settings = peer.settings[1 :: max(1, len(peer.settings) // 2)] if quick else peer.settings
+        runs += [(peer, setting) for setting in settings or peer.settings]
     return runs
 
 
@@ -177,6 +165,9 @@ def main() -> None:
     arguments = parser.parse_args()
     repeats = 2 if arguments.quick else arguments.repeats
     use_one_core()
+    missing = left_out(PEERS)
+    for hint in missing:
+        note(hint)
     wanted = chosen(arguments.only, arguments.quick)
     reference = ONE_RIG.bit_speeds(sample_times(JUDGED))[0]
     results: list[Result] = []
@@ -190,7 +181,7 @@ def main() -> None:
         },
         "quick": arguments.quick,
         "repeats": repeats,
-        "left_out": sorted({peer.library.hint for peer in PEERS if not peer.library.found}),
+        "left_out": missing,
         "solvers": results,
     }
     runs: list[tuple[Result, Run]] = []

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from benchmarks.stick_slip import Rigs
 from drillrig_env.friction import FloatArray
@@ -61,37 +61,63 @@ class Library:
 
 
 @dataclass(frozen=True)
-class Peer:
-    """A solver for one rig. `prepare(setting, times)` compiles all that can be; the run gives (samples, 7)."""
+class Solver:
+    """What one rig's solvers and a batch's have in common."""
 
-    library: Library
+    package: Library
     method: str
     form: str
     """What it gets: the language of the right-hand side, a Jacobian, events."""
     settings: tuple[Setting, ...]
-    prepare: Callable[[Setting, FloatArray], Run]
 
     @property
     def name(self) -> str:
         """The solver in a table."""
-        return f"{self.library.name} {self.method}"
+        return f"{self.package.name} {self.method}"
+
+    def described(self, setting: Setting) -> dict[str, Any]:
+        """The solver at one setting, before it is measured."""
+        return {
+            "solver": self.name,
+            "library": self.package.name,
+            "version": self.package.version,
+            "form": self.form,
+            "setting": setting.label,
+            "rtol": setting.rtol,
+            "atol": setting.atol,
+        }
 
 
 @dataclass(frozen=True)
-class BatchPeer:
+class Peer(Solver):
+    """A solver for one rig. `prepare(setting, times)` compiles all that can be; the run gives (samples, 7)."""
+
+    prepare: Callable[[Setting, FloatArray], Run]
+
+
+@dataclass(frozen=True)
+class BatchPeer(Solver):
     """A solver for many rigs. `prepare(rigs, setting, times, threads)`; the run gives (rigs, samples, 7)."""
 
-    library: Library
-    method: str
-    form: str
-    settings: tuple[Setting, ...]
     prepare: Callable[[Rigs, Setting, FloatArray, int], Run]
     one_core: bool = False
     """Whether it shall keep to one core rather than use all."""
     duration: float = 10.0
     """Motion that it is given, s: less where it is too slow for more."""
 
-    @property
-    def name(self) -> str:
-        """The solver in a table."""
-        return f"{self.library.name} {self.method}"
+
+S = TypeVar("S", bound=Solver)
+
+
+def left_out(solvers: Iterable[Solver]) -> list[str]:
+    """A hint for each library that is not installed."""
+    return sorted({solver.package.hint for solver in solvers if not solver.package.found})
+
+
+def asked_for(solvers: Iterable[S], only: Sequence[str]) -> list[S]:
+    """The solvers that are installed, and have one of the names `only` in theirs if there are any."""
+    return [
+        solver
+        for solver in solvers
+        if solver.package.found and (not only or any(name.lower() in solver.name.lower() for name in only))
+    ]

@@ -19,12 +19,12 @@ def provenance() -> dict[str, Any]:
     return {
         "date": datetime.now(UTC).date().isoformat(),
         "python": platform.python_version(),
-        "machine": f"{platform.system()} {platform.machine()}, {_processor()}, {cores} core{'s' * (cores > 1)}",
+        "machine": f"{platform.system()} {platform.machine()}, {processor()}, {cores} core{'s' * (cores > 1)}",
         "versions": {package: _version(package) for package in _PACKAGES},
     }
 
 
-def _processor() -> str:
+def processor() -> str:
     """The processor by its trade name where the system tells."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()

@@ -68,8 +68,8 @@ def test_symbols_of_each_piece_are_the_models():
 
 @pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
 def test_each_solver_follows_the_first_stick_and_slip(peer):
-    if not peer.library.found:
-        pytest.skip(peer.library.hint)
+    if not peer.package.found:
+        pytest.skip(peer.package.hint)
     times = sample_times(2.0)
     wanted = simulate(None, ONE_RIG.friction, START, 2.0, duration=2.0, sample_period=0.1).bit_speed[1:]
     states = peer.prepare(peer.settings[len(peer.settings) // 2], times)()
@@ -80,8 +80,8 @@ def test_each_solver_follows_the_first_stick_and_slip(peer):
 
 @pytest.mark.parametrize("peer", BATCH_PEERS, ids=lambda peer: peer.name)
 def test_each_batch_solver_keeps_rigs_and_samples_in_order(peer):
-    if not peer.library.found:
-        pytest.skip(peer.library.hint)
+    if not peer.package.found:
+        pytest.skip(peer.package.hint)
     rigs, times = drawn_rigs(3), sample_times(0.3)  # short: torchdiffeq needs a second for it
     wanted = simulate_batch(None, rigs.friction, START, rigs.speed_reference, duration=0.3)[:, 1:, 2]
     states = peer.prepare(rigs, peer.settings[0], times, 2)()
@@ -129,7 +129,7 @@ def test_ratios_take_the_fastest_peer_within_the_error():
 def missing(peer):
     """The same peer, from a library that is not installed."""
     library = Library("Nothing", "no_such_module", "no-such-package")
-    return type(peer)(**{**vars(peer), "library": library})
+    return type(peer)(**{**vars(peer), "package": library})
 
 
 def test_solvers_write_json_and_leave_out_what_is_missing(tmp_path, monkeypatch, capsys):
