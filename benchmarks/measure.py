@@ -10,7 +10,7 @@ import signal
 import statistics
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -120,12 +120,16 @@ def note(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def print_table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+def markdown(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1) -> str:
+    """A table; all but the first `words` columns are numbers. Bars and line ends within a cell do not end it."""
+    rule = "|" + "---|" * words + "---:|" * (len(headings) - words)
+    cells = ([" ".join(cell.split()).replace("|", "\\|") for cell in row] for row in rows)
+    return "\n".join([f"| {' | '.join(headings)} |", rule, *(f"| {' | '.join(row)} |" for row in cells)])
+
+
+def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print a Markdown table."""
-    print("| " + " | ".join(headings) + " |")
-    print("|" + "---|" * len(headings))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
+    print(markdown(headings, rows, words=len(headings)))
 
 
 def write_json(path: Path, results: dict[str, Any], *, announce: bool = True) -> None:

@@ -20,9 +20,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.measure import note
+from benchmarks.measure import markdown, note
 from benchmarks.parts import PARTS, Part
-from benchmarks.parts.part import markdown
 from drillrig_env.evaluation.pictures import draw
 
 COMMAND = "python -m benchmarks.page"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import Line, count_axis, draw_lines, name_lines, styled
-from benchmarks.parts.part import OWN, Part, Results, digits, markdown, power, times
+from benchmarks.parts.part import OWN, Part, Results, digits, power, times
 from benchmarks.parts.solvers import LIMITS
 from drillrig_env.figures.style import Picture, new_figure
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,13 +38,6 @@ class Part:
     def command(self) -> str:
         """What measures it."""
         return f"python -m benchmarks.{self.name}"
-
-
-def markdown(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1) -> str:
-    """A table; all but the first `words` columns are numbers. Bars and line ends within a cell do not end it."""
-    rule = "|" + "---|" * words + "---:|" * (len(headings) - words)
-    cells = ([" ".join(cell.split()).replace("|", "\\|") for cell in row] for row in rows)
-    return "\n".join([f"| {' | '.join(headings)} |", rule, *(f"| {' | '.join(row)} |" for row in cells)])
 
 
 def times(ratio: float) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.parts.part import Part, Results, duration, markdown
+from benchmarks.measure import markdown
+from benchmarks.parts.part import Part, Results, duration
 
 
 def result(results: Results) -> list[tuple[str, str]]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.parts.part import RIG, Part, Results, amount, duration, markdown
+from benchmarks.measure import markdown
+from benchmarks.parts.part import RIG, Part, Results, amount, duration
 from drillrig_env.figures.style import BLUE, GREEN, GREY, VERMILLION, Picture, new_figure
 
 _PHASES = {"env": ("environment", BLUE), "policy": ("policy", GREEN), "update": ("update", VERMILLION)}

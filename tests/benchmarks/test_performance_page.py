@@ -6,10 +6,11 @@ from pathlib import Path
 import pytest
 
 import benchmarks.page
+from benchmarks.measure import markdown
 from benchmarks.page import COMMAND, main, page, read, store_of
 from benchmarks.parts import PARTS
 from benchmarks.parts.named_lines import spread
-from benchmarks.parts.part import amount, digits, duration, markdown, power, times
+from benchmarks.parts.part import amount, digits, duration, power, times
 
 PAGE = Path(__file__).parents[2] / "docs" / "performance.md"
 PROVENANCE = {"date": "2026-01-02", "python": "3.11", "machine": "a processor, 1 core", "versions": {"numpy": "2"}}
