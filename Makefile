@@ -27,7 +27,7 @@ lint: $(READY)
 	$(BIN)/mypy
 
 figures: $(READY)  ## The chapter's figures and the bistable region, from the project's own code
-	$(BIN)/python -m drillrig_env.figures
+	$(BIN)/python -m drillrig_env.plots
 
 results: $(READY)  ## Every policy on every suite, and the page of results; about a quarter of an hour
 	$(BIN)/python eval.py mppi --suite default --output results/state --no-pictures

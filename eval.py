@@ -30,7 +30,7 @@ import baselines
 import drillrig_env
 from agents.contestants import find_field
 from drillrig_env.evaluation import histories as histories_of
-from drillrig_env.evaluation.field import Failure, check_same, config_of, face
+from drillrig_env.evaluation.contest import Failure, check_same, config_of, face
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.report import print_suite

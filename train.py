@@ -19,10 +19,10 @@ from typing import Any
 
 import yaml
 
-from agents.hyperparameters import ALGORITHMS
-from agents.run_folder import is_run
-from agents.seeds import resume_seeds, train_seeds
-from agents.training import Training, resume, train
+from agents.policy.run_folder import is_run
+from agents.training.hyperparameters import ALGORITHMS
+from agents.training.seeds import resume_seeds, train_seeds
+from agents.training.train import Training, resume, train
 
 
 def main() -> None:

@@ -5,7 +5,7 @@
     python -m agents.ablations --steps 20000 --seeds 2 --rigs 50 --output /tmp/quick.json
 
 Every variant is trained with the same seeds and steps and scored on the same rigs of the training side,
-from developed stick-slip (`agents.practice`): the rigs of the suites stay unseen. The cost is that of
+from developed stick-slip (`agents.training.validation_rigs`): the rigs of the suites stay unseen. The cost is that of
 the environment's default reward for all. The file is written after each training; a training that it
 holds already is not repeated, unless the setting has changed since.
 """
@@ -27,13 +27,13 @@ import torch
 from rich.console import Console
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.absolute_action import AbsoluteAction, AbsoluteAgent
-from agents.agent import Agent
-from agents.environment import make_environment
-from agents.hyperparameters import algorithm_arguments, algorithm_class
-from agents.practice import PRACTICE_SEEDS
-from agents.progress import bars
-from agents.training import checked_config
+from agents.policy.absolute_action import AbsoluteAction, AbsoluteAgent
+from agents.policy.agent import Agent
+from agents.policy.environment import make_environment
+from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.training.progress import bars
+from agents.training.train import checked_config
+from agents.training.validation_rigs import PRACTICE_SEEDS
 from agents.variants import VARIANTS, Variant
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import replace as write_whole

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import baselines
 import drillrig_env
 from drillrig_env.env.sensors import Sensors
-from drillrig_env.evaluation.field import Contestant, Failure
+from drillrig_env.evaluation.contest import Contestant, Failure
 from drillrig_env.evaluation.runner import Policy
 from drillrig_env.evaluation.suites import SUITES, Suite
 from drillrig_env.parameters import closest
 
 if TYPE_CHECKING:
-    from agents.agent import Agent
+    from agents.policy.agent import Agent
 
 
 def find_field(
@@ -99,7 +99,7 @@ def _from_class(label: str, policy: type, env: Mapping[str, Any], about: Mapping
 
 def _from_runs(name: str, label: str, env_id: str) -> Contestant:
     """A trained agent, or all seeds of one algorithm in a folder, seen through the environment's own sensors."""
-    from agents.run_folder import find_run, is_run, load_policy, read_config, shipped
+    from agents.policy.run_folder import find_run, is_run, load_policy, read_config, shipped
 
     seeds = sorted(path for path in Path(name).glob("*") if is_run(path))
     if not is_run(name) and not seeds and name not in shipped():
@@ -126,7 +126,7 @@ def _from_runs(name: str, label: str, env_id: str) -> Contestant:
 
 def _shipped() -> list[str]:
     """The agents that come with the package; PyTorch takes seconds to import, and only agents need it."""
-    from agents.run_folder import shipped
+    from agents.policy.run_folder import shipped
 
     return shipped()
 

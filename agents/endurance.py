@@ -10,13 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agents.agent import Agent
+from agents.policy.agent import Agent
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.suites import EVALUATION_SEEDS, STICKING
-from drillrig_env.stick_slip import WINDOW, is_mitigated
+from drillrig_env.verdict import WINDOW, is_mitigated
 
 TIMES = (60.0, 120.0, 300.0, 600.0)
 """When the verdict is asked for, s."""

@@ -3,7 +3,7 @@
     python -m agents.page           # from agents/trained, docs/agents and docs/results
     python -m agents.page --check   # only say whether the page is up to date
 
-The numbers come from `agents.ship` (agents/trained/*/seeds.json), `agents.ablations`
+The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json), `agents.ablations`
 (docs/agents/ablations.json) and the stored results of `eval.py` (docs/results, if they are there); what a
 person saw in the pictures is quoted from docs/agents/findings.md.
 """
@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from agents.card import training_minutes
-from agents.export import EXAMPLE
 from agents.pictures.learning import learning_curves
+from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead
-from agents.run_folder import TRAINED, read_config, read_seeds
+from agents.shipping.card import training_minutes
+from agents.shipping.export import EXAMPLE
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
@@ -46,7 +46,7 @@ _USE = f"""## Train, resume, export
 ```sh
 python train.py ppo --seeds 5 --run-folder runs/ppo   # five seeds, one after another; --jobs 2: two at a time
 python train.py --resume runs/ppo                     # go on after Ctrl-C, bit for bit as without the stop
-python -m agents.ship runs/ppo --name ppo             # evaluate all seeds, ship the median one, write its card
+python -m agents.shipping.ship runs/ppo --name ppo             # evaluate all seeds, ship the median one, write its card
 python -m agents.ablations                            # the table of choices above
 python -m agents.page                                 # this page
 ```
@@ -63,10 +63,10 @@ python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo
 
 That steps single environments one by one; `train.py` steps all rigs in one compiled call.
 
-`python -m agents.export ppo --out policy.onnx` writes an agent as one file that takes measured values in physical
-units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit inside. It
-plays recorded episodes through both and fails where they differ by more than 1e-5 rad/s². This runs it, with nothing
-but onnxruntime and NumPy:
+`python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
+physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit
+inside. It plays recorded episodes through both and fails where they differ by more than 1e-5 rad/s². This runs it,
+with nothing but onnxruntime and NumPy:
 
 ```text
 {EXAMPLE.strip()}
@@ -102,7 +102,9 @@ def page(docs: Path, trained: Path = TRAINED) -> str:
     """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
     found = {path.name: seeds for path in sorted(trained.glob("*")) if (seeds := read_seeds(path)) is not None}
     if AGENT not in found:
-        raise ValueError(f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.ship")
+        raise ValueError(
+            f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.shipping.ship"
+        )
     parts = [_shipped(found, trained), _learning(found), _behaviour(docs), _choices(docs)]
     parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
     return "\n".join(part for part in parts if part)

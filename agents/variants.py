@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from agents.environment import environment_arguments
-from agents.hyperparameters import hyperparameters
-from agents.training import Training
+from agents.policy.environment import environment_arguments
+from agents.training.hyperparameters import hyperparameters
+from agents.training.train import Training
 from drillrig_env.env.sensors import Sensors
 
 STATISTICS = ("bit_speed_mean", "bit_speed_deviation", "string_torque_mean", "string_torque_deviation")
@@ -19,7 +19,7 @@ STATISTICS = ("bit_speed_mean", "bit_speed_deviation", "string_torque_mean", "st
 class Variant:
     """One setting: `reward`, `env_kwargs` and `hyperparams` are put into the shipped one.
 
-    `without` lists channels that are left out, `absolute_action` chooses the action of `agents.absolute_action`.
+    `without` lists channels that are left out, `absolute_action` chooses the action of `agents.policy.absolute_action`.
     """
 
     name: str

@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import rate_action
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
-from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from baselines.baseline import Baseline
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 
 
 class Constant(Baseline):

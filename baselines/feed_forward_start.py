@@ -11,9 +11,10 @@ import numpy as np
 from baselines.baseline import Baseline
 from baselines.startup_plan import Haste, startup_plan
 from baselines.string_torque import torque_from_twist
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_speed
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.string_torque import MEMORY, OSCILLATION_MEMORY, TORQUE_SHOWN, oscillation, torque_deviation
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian, state_equations
 from drillrig_env.rig import Rig
 from drillrig_env.stability import basin_depth, critical_slope, critical_speed, fold_speed

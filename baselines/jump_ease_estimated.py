@@ -12,11 +12,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from baselines.jump_ease import JumpEase
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import fold_speed
-from drillrig_env.stick_slip import STUCK_SPEED
+from drillrig_env.verdict import STUCK_SPEED
 
 _MU_S, _MU_K, _V_B = (float(value) for value in Friction().as_array(1)[0, 1:])
 _BREAK_LOOSE, _STEADY, _AT = 2, 3, 4  # columns of memory after those of JumpEase

@@ -21,8 +21,8 @@ from math import exp, sqrt
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.friction import FloatArray
 from drillrig_env.model import STATE_NAMES, friction_input, frictionless_state, jacobian, string_torque
 from drillrig_env.rig import Rig
 

@@ -14,10 +14,11 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.env.sensors import LONGEST_DELAY
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.model import frictionless_state
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig

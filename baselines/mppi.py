@@ -13,11 +13,12 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.env.sensors import LONGEST_DELAY
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig

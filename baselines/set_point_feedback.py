@@ -16,8 +16,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian, state_equations, steady_state
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_slope

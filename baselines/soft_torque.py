@@ -12,8 +12,8 @@ from typing import ClassVar
 import numpy as np
 
 from baselines.baseline import Baseline
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import SLEW_LIMIT
-from drillrig_env.friction import FloatArray
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 

@@ -17,8 +17,8 @@ from baselines.string_torque import (
     oscillation,
     torque_deviation,
 )
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
 
 _TIME, _HEIGHT = MEMORY + OSCILLATION_MEMORY, MEMORY + OSCILLATION_MEMORY + 1  # columns of memory

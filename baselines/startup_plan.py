@@ -22,8 +22,9 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import lfilter
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 
 _SUBSTEPS = 50

@@ -18,8 +18,8 @@ from math import cos, pi, sin
 
 import numpy as np
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.friction import FloatArray
 from drillrig_env.parameters import POSITIVE, Allowed, refuse
 from drillrig_env.rig import Rig
 

@@ -17,8 +17,8 @@ from baselines.string_torque import (
     oscillation,
     torque_deviation,
 )
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.friction import FloatArray
 from drillrig_env.rig import Rig
 
 _SQUARE = MEMORY + OSCILLATION_MEMORY  # column of memory: mean square amplitude of the torque's oscillation

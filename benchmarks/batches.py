@@ -39,8 +39,8 @@ from benchmarks.measure import (
 from benchmarks.peers import BATCH_PEERS
 from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
 from benchmarks.stick_slip import NORMAL_FORCES, SPEED_REFERENCES, Rigs, drawn_rigs, largest_errors, sample_times
-from drillrig_env.friction import FloatArray
-from drillrig_env.threads import available_threads
+from drillrig_env.arrays import FloatArray
+from drillrig_env.jit.threads import available_threads
 
 SIZES = (1, 16, 256, 4096, 65536)
 DURATION, BASE_SIZE = 10.0, 256  # s; rigs that growth is told from

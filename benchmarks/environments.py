@@ -33,7 +33,7 @@ from gymnasium.utils import performance
 
 from benchmarks.environment_peers import LARGEST, OURS, Environment, Peer, peers
 from benchmarks.measure import in_new_process, note, print_table, write_json
-from drillrig_env.threads import available_threads
+from drillrig_env.jit.threads import available_threads
 
 SIZES = (1, 64, 256, 1024, 4096, 16_384, LARGEST)
 QUICK_SIZES = (1, 64, 1024)

@@ -1,6 +1,6 @@
 """One training that is timed, in a fresh process with a number of cores.
 
-On `DrillRig-v0` it is `agents.training.train` itself, with TensorBoard log and checkpoints, so that what is timed
+On `DrillRig-v0` it is `agents.training.train.train` itself, with TensorBoard log and checkpoints, so that what is timed
 is what users get; any other environment is Gymnasium's, as SB3's `make_vec_env` gives it.
 """
 
@@ -21,15 +21,15 @@ import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.env_util import make_vec_env
 
-from agents.agent import Agent
-from agents.environment import environment_arguments, make_environment
-from agents.hyperparameters import algorithm_arguments, algorithm_class
-from agents.practice import practise
-from agents.training import Training, checked_config, train
+from agents.policy.agent import Agent
+from agents.policy.environment import environment_arguments, make_environment
+from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.training.train import Training, checked_config, train
+from agents.training.validation_rigs import practise
 from benchmarks.measure import in_new_process
 from benchmarks.shares import Watch, seconds_of_a_reading, watched
+from drillrig_env.jit.threads import available_threads
 from drillrig_env.parameters import refuse
-from drillrig_env.threads import available_threads
 
 RIG = "DrillRig-v0"
 GOAL, RIGS = 0.9, 200  # mitigated share to reach, and the rigs that it is a share of, as many as train.py takes

@@ -32,7 +32,7 @@ from benchmarks.peers.project import DEFAULT, LIBRARY, LOOSE, compile_seconds
 from benchmarks.peers.scipy_solvers import CHAPTER
 from benchmarks.stick_slip import ONE_RIG, START, largest_errors, sample_times
 from drillrig_env import simulate
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 
 DURATION, JUDGED = 50.0, 20.0  # s
 Result = dict[str, Any]

@@ -24,10 +24,10 @@ import numpy as np
 from benchmarks.auto import FRICTION, HINT, LAWS, ONE_CORE, RIG, auto, is_installed
 from benchmarks.measure import in_new_process, median_seconds, note, print_table, write_json
 from drillrig_env import Friction, Rig
+from drillrig_env.jit.threads import available_threads
 from drillrig_env.stability import bifurcation_diagram, critical_speed, fold_speed, hopf_and_fold_curves
 from drillrig_env.stability.bifurcation import slipping_branch
 from drillrig_env.stability.vibration_map import region_map, simulated_map
-from drillrig_env.threads import available_threads
 
 P2_POINTS = 31  # as many orbits as AUTO computes from the Hopf point to the fold
 BRANCH = f"Hopf point, p2 with {P2_POINTS} orbits and fold, a new rig"

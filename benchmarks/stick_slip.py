@@ -16,7 +16,8 @@ import numba
 import numpy as np
 
 from drillrig_env import Friction, Rig
-from drillrig_env.friction import FloatArray, Quantity, torque_in_zone, zone_of
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.friction import torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.reference import radau
 

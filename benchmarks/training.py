@@ -30,8 +30,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.measure import note, print_table, write_json
+from drillrig_env.jit.threads import available_threads
 from drillrig_env.parameters import refuse
-from drillrig_env.threads import available_threads
 
 try:
     from benchmarks.one_training import GOAL, RIG, RIGS, Run, check_cores, in_fresh_process

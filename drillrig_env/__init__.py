@@ -15,14 +15,15 @@ from typing import TYPE_CHECKING, Any
 import gymnasium as gym
 
 from drillrig_env import stability
-from drillrig_env.batch import simulate_batch
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import observation_table
 from drillrig_env.friction import Friction
+from drillrig_env.moved import keep_former_names
 from drillrig_env.parameters import closest
 from drillrig_env.rig import Rig
 from drillrig_env.simulation import Simulation, simulate
+from drillrig_env.stepper.batch import simulate_batch
 
 if TYPE_CHECKING:
     from drillrig_env.env.sb3 import DrillRigVecEnv
@@ -80,3 +81,13 @@ def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig
 
 
 register_envs()
+keep_former_names(
+    {
+        "drillrig_env.batch": "drillrig_env.stepper.batch",
+        "drillrig_env.stick_slip": "drillrig_env.verdict",
+        "drillrig_env.animation": "drillrig_env.plots.animation",
+        "drillrig_env.measured": "drillrig_env.calibrate.measured",
+        "drillrig_env.figures": "drillrig_env.plots.figures",
+        "drillrig_env.figures.__main__": "drillrig_env.plots.__main__",
+    }
+)

@@ -13,7 +13,7 @@ from math import isnan, nan
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 from drillrig_env.parameters import refuse
 
 CHAPTER_WINDOW = 10.0

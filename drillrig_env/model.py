@@ -21,7 +21,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from drillrig_env.friction import FloatArray, Friction, Quantity
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.friction import Friction
 from drillrig_env.parameters import POSITIVE, Allowed, refuse
 from drillrig_env.rig import Rig
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import ode, solve_ivp
 
-from drillrig_env.friction import FloatArray, Friction, torque_in_zone, zone_of
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction, torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.rig import Rig
 

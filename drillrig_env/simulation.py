@@ -11,13 +11,14 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from drillrig_env.batch import advance_batch
-from drillrig_env.friction import FloatArray, Friction
-from drillrig_env.ladder import LONGEST_PERIOD, TOLERANCE
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES, check_state, string_torque
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig
+from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE
 
 Schedule: TypeAlias = float | Sequence[tuple[float, float]]
 """A constant, or (time in s, value) pairs: each value holds from its time on; the first time is 0."""

@@ -6,7 +6,7 @@ import pytest
 from drillrig_env import Friction, Rig, simulate
 from drillrig_env.model import steady_state
 from drillrig_env.stability import critical_slope, critical_speed
-from drillrig_env.stick_slip import STUCK_SPEED
+from drillrig_env.verdict import STUCK_SPEED
 
 
 def swing(run, seconds=10.0):

@@ -7,7 +7,7 @@ import pytest
 import baselines
 import eval as command
 from agents.contestants import find_contestant, find_field
-from agents.run_folder import shipped
+from agents.policy.run_folder import shipped
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.evaluation.results import read
 from drillrig_env.evaluation.runner import run
@@ -100,7 +100,7 @@ def test_resume_goes_on_where_it_was_cut(tmp_path, monkeypatch, capsys):
             raise KeyboardInterrupt
         return run(policy, one, **arguments)
 
-    monkeypatch.setattr("drillrig_env.evaluation.field.run", interrupted)
+    monkeypatch.setattr("drillrig_env.evaluation.contest.run", interrupted)
     assert evaluate(*names, "--output", cut) == 130
     assert "--resume" in capsys.readouterr().out
     assert evaluate(*names, "--output", cut, "--resume") == 0
@@ -133,7 +133,7 @@ def test_more_policies_join_what_is_there(tmp_path):
 def test_tables_are_printed_again_without_running(tmp_path, monkeypatch, capsys):
     evaluate("constant", "jump_ease", *FEW, "--output", tmp_path, "--details")
     first = capsys.readouterr().out
-    monkeypatch.setattr("drillrig_env.evaluation.field.run", None)
+    monkeypatch.setattr("drillrig_env.evaluation.contest.run", None)
     assert evaluate("--from", tmp_path, "--no-pictures", "--details") == 0
     assert capsys.readouterr().out.split("results.csv")[0].strip() == first.split("results.csv")[0].strip()
     with pytest.raises(SystemExit):
@@ -154,7 +154,7 @@ def test_a_baseline_is_made_for_the_suites_slew_limit():
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    from agents.training import Training, train
+    from agents.training.train import Training, train
 
     folder = tmp_path_factory.mktemp("runs") / "tiny"
     for seed in (0, 1):

@@ -15,7 +15,7 @@ from pathlib import Path
 from agents.pictures.learning import plot_learning
 from agents.pictures.one_rig import plot_one_rig
 from agents.pictures.phase_plane import plot_plane
-from agents.run_folder import TRAINED
+from agents.policy.run_folder import TRAINED
 from drillrig_env.evaluation.pictures import draw
 
 __all__ = ["draw_all", "plot_learning", "plot_one_rig", "plot_plane"]

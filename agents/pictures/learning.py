@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from agents.run_folder import TRAINED, read_config, read_seeds
+from agents.policy.run_folder import TRAINED, read_config, read_seeds
+from drillrig_env.arrays import FloatArray
 from drillrig_env.evaluation.statistics import interquartile_mean
-from drillrig_env.figures.style import BLUE, DARK, Picture, new_figure
-from drillrig_env.friction import FloatArray
+from drillrig_env.plots.style import BLUE, DARK, Picture, new_figure
 
 
 def learning_curves(seeds: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
@@ -25,7 +25,7 @@ def plot_learning(trained: Path = TRAINED) -> Picture:
     """A panel an agent: every seed thin, their interquartile mean thick. `ValueError` where no agent is shipped."""
     found = {path.name: seeds for path in sorted(trained.glob("*")) if (seeds := read_seeds(path)) is not None}
     if not found:
-        raise ValueError(f"{trained} holds no shipped agent; make one with: python -m agents.ship")
+        raise ValueError(f"{trained} holds no shipped agent; make one with: python -m agents.shipping.ship")
     figure = new_figure(2.3)
     panels = figure.subplots(1, len(found), sharey=True, squeeze=False)[0]
     for panel, (name, seeds) in zip(panels, found.items(), strict=True):

@@ -11,17 +11,17 @@ from matplotlib.axes import Axes
 
 import baselines
 from agents.pictures.one_rig import TypicalRig, typical_rig
-from agents.run_folder import TRAINED, load_policy
+from agents.policy.run_folder import TRAINED, load_policy
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import LIMIT, Sensors
 from drillrig_env.evaluation.runner import Policy
 from drillrig_env.evaluation.suites import STICKING
-from drillrig_env.figures.style import BIT_SPEED, DARK, Picture, new_figure
-from drillrig_env.friction import FloatArray
+from drillrig_env.plots.style import BIT_SPEED, DARK, Picture, new_figure
 from drillrig_env.rig import Rig
-from drillrig_env.stick_slip import STUCK_SPEED
+from drillrig_env.verdict import STUCK_SPEED
 
 LAW = "z_torque"
 """The torque law that is drawn beside the agent."""

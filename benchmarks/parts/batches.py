@@ -8,7 +8,7 @@ from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import Line, count_axis, draw_lines, name_lines, styled
 from benchmarks.parts.part import OWN, Part, Results, digits, power, times
 from benchmarks.parts.solvers import LIMITS
-from drillrig_env.figures.style import Picture, new_figure
+from drillrig_env.plots.style import Picture, new_figure
 
 BATCH = 4096  # rigs for which solvers are compared
 SMALL, LARGE = 256, 65_536  # rigs between which growth of time is told

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import Line, count_axis, draw_lines, name_lines, styled
 from benchmarks.parts.part import CARTPOLE, RIG, Part, Results, amount, duration, times
-from drillrig_env.figures.style import Picture, new_figure
+from drillrig_env.plots.style import Picture, new_figure
 
 BATCH = 4096  # copies for which the speed is quoted
 WAYS = {"fixed": "fixed action", "random": "random actions, drawn within the time"}

@@ -14,7 +14,7 @@ from matplotlib.transforms import ScaledTranslation, blended_transform_factory
 
 from benchmarks.parts.part import OWN
 from drillrig_env.evaluation.pictures.naming import COLORS, DASHES
-from drillrig_env.figures.style import DARK
+from drillrig_env.plots.style import DARK
 
 _MARKERS = "osD^vPX"
 _LABEL_HEIGHT = 0.13  # inches

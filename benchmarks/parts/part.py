@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from drillrig_env.figures.style import Picture
+from drillrig_env.plots.style import Picture
 
 OWN = "DrillRig"
 """How names of the project's own lines and rows begin."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import draw_lines, name_lines, styled
 from benchmarks.parts.part import OWN, Part, Results, duration, power, times
-from drillrig_env.figures.style import Picture, new_figure
+from drillrig_env.plots.style import Picture, new_figure
 
 LIMITS = (1e-3, 1e-6)  # rad/s, errors of the bit speed at which solvers are compared
 

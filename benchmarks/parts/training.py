@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.measure import markdown
 from benchmarks.parts.part import RIG, Part, Results, amount, duration
-from drillrig_env.figures.style import BLUE, GREEN, GREY, VERMILLION, Picture, new_figure
+from drillrig_env.plots.style import BLUE, GREEN, GREY, VERMILLION, Picture, new_figure
 
 _PHASES = {"env": ("environment", BLUE), "policy": ("policy", GREEN), "update": ("update", VERMILLION)}
 _PHASES["other"] = ("rest: buffers, logs, callbacks", GREY)

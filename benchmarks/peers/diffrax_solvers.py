@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.peers.peer import BatchPeer, Library, Peer, Run, Setting, settings
 from benchmarks.stick_slip import ONE_RIG, START, Rigs, array_rates
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 
 LIBRARY = Library("diffrax", "diffrax", "diffrax")
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from benchmarks.peers.peer import Library, Peer, Run, Setting
 from benchmarks.stick_slip import ONE_RIG, RIG, START, slip_torque, stick_torque
-from drillrig_env.friction import FloatArray, zone_of
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import zone_of
 from drillrig_env.model import state_equations
 
 LIBRARY = Library("heyoka", "heyoka", "heyoka")

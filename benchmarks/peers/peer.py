@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from benchmarks.stick_slip import Rigs
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 
 Run: TypeAlias = Callable[[], FloatArray]
 """Solves, with everything compiled before; the states at all sample times, the start among them."""

@@ -14,9 +14,9 @@ from benchmarks.measure import seconds_of
 from benchmarks.peers.peer import BatchPeer, Library, Peer, Run, Setting
 from benchmarks.stick_slip import ONE_RIG, RIG, SAMPLE_PERIOD, START, Rigs, sample_times
 from drillrig_env import Friction
-from drillrig_env.batch import advance_batch
-from drillrig_env.friction import FloatArray
-from drillrig_env.ladder import TOLERANCE
+from drillrig_env.arrays import FloatArray
+from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.stepper.tables import TOLERANCE
 
 LIBRARY = Library("DrillRig", "drillrig_env", "drillrig")
 LOOSE, DEFAULT, TIGHT = Setting(1e-3, 0.0), Setting(TOLERANCE, 0.0), Setting(1e-7, 0.0)

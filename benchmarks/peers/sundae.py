@@ -10,7 +10,7 @@ import numpy as np
 
 from benchmarks.peers.peer import Library, Peer, Run, Setting, settings
 from benchmarks.stick_slip import ONE_RIG, START, compiled_jacobian, compiled_rates
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 
 LIBRARY = Library("scikit-sundae", "sksundae", "scikit-sundae")
 

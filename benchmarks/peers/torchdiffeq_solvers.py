@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.peers.peer import BatchPeer, Library, Run, Setting, settings
 from benchmarks.stick_slip import START, Rigs, array_rates
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 
 LIBRARY = Library("torchdiffeq", "torchdiffeq", "torchdiffeq")
 

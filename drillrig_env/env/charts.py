@@ -16,9 +16,10 @@ from itertools import count, pairwise
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.scenario import LARGEST_REFERENCE
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_speed, fold_speed
 

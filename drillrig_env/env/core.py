@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.compiled import bound
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import (
     CONTROL_PERIOD,
     RIG,
@@ -24,13 +24,14 @@ from drillrig_env.env.kernel import (
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, Draws, Scenario, check_pins
 from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME, Sensors
-from drillrig_env.friction import FloatArray, Friction
-from drillrig_env.ladder import SAMPLES, ladder
+from drillrig_env.friction import Friction
+from drillrig_env.jit.compiled import bound
+from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.model import frictionless_state, steady_state, string_torque, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
-from drillrig_env.stick_slip import WINDOW, is_mitigated
-from drillrig_env.threads import check_threads, over_slices
+from drillrig_env.stepper.tables import SAMPLES, ladder
+from drillrig_env.verdict import WINDOW, is_mitigated
 
 Observations = npt.NDArray[np.float32]
 _ALL = slice(None)

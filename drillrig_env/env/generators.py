@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.utils import seeding
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.scenario import UNIFORMS
-from drillrig_env.friction import FloatArray
 
 _HALF = 1 << 64
 

@@ -11,14 +11,14 @@ from math import cos, log, pi, sqrt
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.compiled import Record, Records, compiled, inlined
+from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.env.reward import reward_terms, update_statistics
 from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
-from drillrig_env.friction import FloatArray
-from drillrig_env.ladder import SAMPLES, STATE, UNITS
-from drillrig_env.propagator import WORKSPACE, advance
-from drillrig_env.stick_slip import STUCK_SPEED
+from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.stepper.propagator import WORKSPACE, advance
+from drillrig_env.stepper.tables import SAMPLES, STATE, UNITS
+from drillrig_env.verdict import STUCK_SPEED
 
 CONTROL_PERIOD = 0.1
 """Length of a control step, over which the speed reference is held constant, s."""

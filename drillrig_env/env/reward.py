@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Literal
 
-from drillrig_env.compiled import inlined
+from drillrig_env.jit.compiled import inlined
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 
 TERMS = ("variance", "tracking", "action")

@@ -8,7 +8,8 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, refuse
 
 Start: TypeAlias = Literal["stick_slip", "steady", "rest"]

@@ -8,7 +8,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from drillrig_env.threads import available_threads
+from drillrig_env.jit.threads import available_threads
 
 _PACKAGES = ("drillrig", "gymnasium", "numpy", "scipy", "numba", "stable-baselines3", "torch")
 

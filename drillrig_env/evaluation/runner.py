@@ -9,11 +9,12 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import Suite
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.rig import Rig
 

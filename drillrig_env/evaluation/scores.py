@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import Episodes
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.friction import Friction
 from drillrig_env.model import steady_state, string_torque
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_slope, critical_speed, fold_speed
-from drillrig_env.stick_slip import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
+from drillrig_env.verdict import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
 
 TRAILING = 5.0
 """Window of the trailing stick-slip index that "time to calm" looks at, s."""

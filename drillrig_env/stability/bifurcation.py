@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points

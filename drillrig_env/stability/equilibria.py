@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.model import friction_input, jacobian, steady_state
 from drillrig_env.rig import Rig
 from drillrig_env.stability.hurwitz import critical_slope, critical_speed, eigenvalues, is_stable

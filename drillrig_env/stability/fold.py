@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from drillrig_env.friction import FloatArray, Friction, Quantity
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.friction import Friction
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stability.hurwitz import critical_speed

@@ -18,7 +18,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.polynomial import Chebyshev
 
-from drillrig_env.friction import FloatArray, Friction, Quantity
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian
 from drillrig_env.rig import Rig
 

@@ -9,14 +9,15 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
-from drillrig_env.batch import advance_batch
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.model import friction_input, frictionless_state, jacobian, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.return_map import flow, next_crossings
+from drillrig_env.stepper.batch import advance_batch
 
 SIGNALS = ("bit_speed", "collar_speed", "top_speed", "current")
 """The states whose extremes an orbit reports, columns 2 to 5 of the state."""

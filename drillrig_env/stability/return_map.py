@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from drillrig_env.compiled import Record, Records, compiled
-from drillrig_env.friction import FloatArray, Friction, torque_in_zone, zone_of
-from drillrig_env.ladder import STATE, UNITS, ladder
+from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.friction import Friction, torque_in_zone, zone_of
+from drillrig_env.jit.compiled import compiled
 from drillrig_env.model import friction_input, jacobian
-from drillrig_env.propagator import WORKSPACE, advance
 from drillrig_env.rig import Rig
+from drillrig_env.stepper.propagator import WORKSPACE, advance
+from drillrig_env.stepper.tables import STATE, UNITS, ladder
 
 _PERIOD = 0.05  # s
 _LONGEST_RETURN = 4000  # periods

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
-from drillrig_env.friction import FloatArray
+from drillrig_env.arrays import FloatArray
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
 from drillrig_env.stability.hurwitz import critical_slope

@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.batch import advance_batch
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.model import steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stability.fold import fold_speed
 from drillrig_env.stability.hurwitz import critical_speed
-from drillrig_env.stick_slip import WINDOW, is_calm
+from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.verdict import WINDOW, is_calm
 
 CALM, BISTABLE, VIBRATING = 0, 1, 2
 """Regions of the map: only calm rotation is stable, both are, only vibration is."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.simulation import Simulation, simulate
-from drillrig_env.stick_slip import STUCK_SPEED, WINDOW, is_calm
+from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_calm
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ OUT_OF_REACH = (
         "table 4.2, (4-10), (4-11)",
         "P_C 0.893 to 0.955 and APL 0.010 to 0.172",
         "both compare with those measurements. `drillrig_env.indicators` has the formulas, and "
-        "`python -m drillrig_env.measured` applies them to any recording",
+        "`python -m drillrig_env.calibrate.measured` applies them to any recording",
     ),
     (
         "figures 4.2, 4.3",

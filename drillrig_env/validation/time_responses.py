@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.simulation import Simulation, simulate
 from drillrig_env.stability import critical_speed, eigenvalues, stick_slip_orbit

@@ -2,8 +2,8 @@
 
 import pytest
 
-from agents.ship import ship
-from agents.training import Training, train
+from agents.shipping.ship import ship
+from agents.training.train import Training, train
 
 TINY = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
 

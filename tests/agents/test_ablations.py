@@ -5,9 +5,9 @@ import pytest
 
 from agents import ablations
 from agents.ablations import ablate
-from agents.absolute_action import REACH, AbsoluteAction, AbsoluteAgent
-from agents.environment import batch_of, make_environment
-from agents.training import checked_config
+from agents.policy.absolute_action import REACH, AbsoluteAction, AbsoluteAgent
+from agents.policy.environment import batch_of, make_environment
+from agents.training.train import checked_config
 from agents.variants import STATISTICS, VARIANTS
 from tests.agents.conftest import TINY
 

@@ -2,8 +2,8 @@ import re
 
 import pytest
 
-from agents.card import CARD, card
-from agents.run_folder import TRAINED, read_seeds, shipped
+from agents.policy.run_folder import TRAINED, read_seeds, shipped
+from agents.shipping.card import CARD, card
 
 CARDS = [name for name in shipped() if read_seeds(TRAINED / name)]
 
@@ -27,7 +27,7 @@ def test_card_tells_task_scores_training_and_use(trained):
 
 
 def test_example_of_the_card_runs(trained, monkeypatch, capsys):
-    monkeypatch.setattr("agents.run_folder.TRAINED", trained)
+    monkeypatch.setattr("agents.policy.run_folder.TRAINED", trained)
     (block,) = re.findall(r"```python\n(.*?)```", card("ppo", trained), re.DOTALL)
     exec(compile(block, "card", "exec"), {})
     assert capsys.readouterr().out.strip() in ("True", "False")
@@ -43,4 +43,4 @@ def test_agent_without_its_seeds_is_refused(five_seeds, trained):
 @pytest.mark.parametrize("name", CARDS)
 def test_cards_in_the_package_are_up_to_date(name):
     written = (TRAINED / name / CARD).read_text(encoding="utf-8")
-    assert written == card(name), "out of date; run: python -m agents.card"
+    assert written == card(name), "out of date; run: python -m agents.shipping.card"

@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
-from agents.export import EXAMPLE, TOLERANCE, export, largest_difference
-from agents.run_folder import load_policy
-from agents.training import Training, train
+from agents.policy.run_folder import load_policy
+from agents.shipping.export import EXAMPLE, TOLERANCE, export, largest_difference
+from agents.training.train import Training, train
 
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")

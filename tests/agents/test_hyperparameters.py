@@ -1,8 +1,8 @@
 import pytest
 from torch import nn
 
-from agents.hyperparameters import algorithm_arguments, hyperparameters
-from agents.schedules import policy_kwargs, schedule
+from agents.training.hyperparameters import algorithm_arguments, hyperparameters
+from agents.training.schedules import policy_kwargs, schedule
 
 
 @pytest.mark.parametrize("env_id", ["DrillRig-v0", "DrillRigSurface-v0"])

@@ -9,8 +9,8 @@ from agents.page import AGENT, COMMAND, page
 from agents.pictures import draw_all
 from agents.pictures.one_rig import typical_rig
 from agents.pictures.phase_plane import observation, rates_on_plane
+from agents.policy.run_folder import TRAINED, read_seeds
 from agents.rivals import ahead
-from agents.run_folder import TRAINED, read_seeds
 from baselines import Constant
 from drillrig_env.env.sensors import Sensors
 from tests.evaluation.conftest import comparison  # noqa: F401  # a fixture
@@ -44,7 +44,7 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "Words of a person.",
         "| the shipped setting | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (0.500 to 0.500) | 9.0",
         "all trained for 1,000 steps",
-        "python -m agents.export",
+        "python -m agents.shipping.export",
         "choices: `the command`, today, one",
     ):
         assert words in text

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from agents.progress import ShowProgress, read_progress
-from agents.run_folder import CHECKPOINT, load_policy, read_config
-from agents.training import Training, resume, train
+from agents.policy.run_folder import CHECKPOINT, load_policy, read_config
+from agents.training.progress import ShowProgress, read_progress
+from agents.training.train import Training, resume, train
 
 PPO = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 2}
 SAC = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "train_freq": 8, "gradient_steps": 4}

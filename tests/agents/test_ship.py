@@ -4,10 +4,10 @@ import shutil
 import numpy as np
 import pytest
 
-from agents import ship as shipping
 from agents.endurance import endurance
-from agents.run_folder import load_policy, read_config, read_seeds
-from agents.ship import median_seed, ship
+from agents.policy.run_folder import load_policy, read_config, read_seeds
+from agents.shipping import ship as shipping
+from agents.shipping.ship import median_seed, ship
 from baselines import SoftTorque
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
@@ -65,7 +65,7 @@ def test_kept_results_are_not_made_again(trained, five_seeds, tmp_path, monkeypa
     def never(*_arguments, **_keywords):
         raise AssertionError("was run again")
 
-    monkeypatch.setattr("drillrig_env.evaluation.field.run", never)
+    monkeypatch.setattr("drillrig_env.evaluation.contest.run", never)
     ship(five_seeds, "ppo", 12, ["default", "load"], trained.parent / "results", tmp_path)
     again, before = read_seeds(tmp_path / "ppo"), read_seeds(trained / "ppo")
     assert (again["pooled"], again["shipped"]) == (before["pooled"], before["shipped"])
@@ -85,7 +85,7 @@ def test_too_few_and_unfinished_seeds_are_refused(five_seeds, tmp_path, capsys):
 
 
 def test_time_of_a_training_goes_on_after_a_stop(five_seeds, tmp_path):
-    from agents.progress import ShowProgress, read_progress
+    from agents.training.progress import ShowProgress, read_progress
 
     config = read_config(five_seeds / "seed_0")
     (tmp_path / "progress.json").write_text(json.dumps({"seconds": 100.0}))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import torch
 
-from agents.environment import batch_of, make_environment
-from agents.practice import PRACTICE_SEEDS
-from agents.run_folder import is_run, load_policy, read_config
-from agents.training import Training, train
+from agents.policy.environment import batch_of, make_environment
+from agents.policy.run_folder import is_run, load_policy, read_config
+from agents.training.train import Training, train
+from agents.training.validation_rigs import PRACTICE_SEEDS
 
 SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
 SHORT = {"duration": 3.0}

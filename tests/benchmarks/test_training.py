@@ -9,10 +9,10 @@ import torch
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.policies import ActorCriticPolicy
 
-from agents.agent import Agent
-from agents.practice import practise
-from agents.run_folder import load_policy
-from agents.training import Training, train
+from agents.policy.agent import Agent
+from agents.policy.run_folder import load_policy
+from agents.training.train import Training, train
+from agents.training.validation_rigs import practise
 from benchmarks import shares
 from benchmarks.one_training import Run, in_fresh_process, timed_training
 from benchmarks.shares import Stopwatch, Watch, watched

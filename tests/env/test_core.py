@@ -7,7 +7,7 @@ from drillrig_env import Friction, Reward, Rig, simulate
 from drillrig_env.env.core import RigBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.model import steady_state
-from drillrig_env.stick_slip import is_mitigated
+from drillrig_env.verdict import is_mitigated
 
 HOLD = np.zeros((1, 1), dtype=np.float32)
 

@@ -4,7 +4,7 @@ import pytest
 
 import drillrig_env
 from baselines import Constant, JumpEase
-from drillrig_env.evaluation.field import Contestant, config_of, face
+from drillrig_env.evaluation.contest import Contestant, config_of, face
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env.evaluation.field import Contestant, check_same, config_of, face
+from drillrig_env.evaluation.contest import Contestant, check_same, config_of, face
 from drillrig_env.evaluation.histories import Histories, typical_rigs
 from drillrig_env.evaluation.results import Results, read
 from drillrig_env.evaluation.runner import run

@@ -7,7 +7,7 @@ from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.scores import SCORES, folds, score
 from drillrig_env.evaluation.suites import EVALUATION_SEEDS, suite
-from drillrig_env.stick_slip import stick_slip_index
+from drillrig_env.verdict import stick_slip_index
 
 
 def episode(lowest, highest, average, target=2.0, **changes):

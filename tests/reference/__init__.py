@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.friction import FloatArray, Friction
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
 from drillrig_env.simulation import simulate
 
 FILE = Path(__file__).with_name("trajectories.npz")

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig
-from drillrig_env.batch import advance_batch
 from drillrig_env.model import steady_state, wound_up
 from drillrig_env.stability import critical_speed, fold_speed
+from drillrig_env.stepper.batch import advance_batch
 
 RIG = Rig()
 

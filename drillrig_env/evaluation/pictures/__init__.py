@@ -20,7 +20,7 @@ from drillrig_env.evaluation.pictures.over_time import plot_histories
 from drillrig_env.evaluation.pictures.score_dots import plot_scores
 from drillrig_env.evaluation.pictures.who_mitigates import plot_map
 from drillrig_env.evaluation.results import Results
-from drillrig_env.figures.style import Picture, add_caption, look, save
+from drillrig_env.plots.style import Picture, add_caption, look, save
 
 __all__ = ["draw", "draw_all", "plot_calming", "plot_histories", "plot_map", "plot_scores"]
 

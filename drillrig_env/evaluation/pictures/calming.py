@@ -9,7 +9,7 @@ from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.pictures.naming import COLORS, DASHES, suite_words
 from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.tables import best_first
-from drillrig_env.figures.style import Picture, new_figure
+from drillrig_env.plots.style import Picture, new_figure
 
 _LINE = 0.046  # share of the axis from one label to the next
 

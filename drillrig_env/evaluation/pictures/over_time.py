@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from drillrig_env.evaluation.histories import Histories, History, times, typical_rigs, worth_showing
 from drillrig_env.evaluation.results import MARKS, Results, label
-from drillrig_env.figures.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
+from drillrig_env.plots.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
 
 _WORDS = {"below": "below its critical speed", "bistable": "between its critical speed and its fold"}
 

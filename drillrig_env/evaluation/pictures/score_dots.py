@@ -10,7 +10,7 @@ from drillrig_env.evaluation.pictures.naming import suite_words
 from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Row, best_first, estimates
-from drillrig_env.figures.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
+from drillrig_env.plots.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
 
 _REGIONS = (("below ω_c", VERMILLION, "s"), ("bistable", BLUE, "o"), ("above", GREEN, "^"))
 _LABELS = {"below ω_c": r"below $\omega_c$", "bistable": "bistable", "above": "above the fold"}

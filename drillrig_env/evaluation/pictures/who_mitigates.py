@@ -9,8 +9,8 @@ from drillrig_env.evaluation.pictures.naming import suite_words
 from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.scores import folds
 from drillrig_env.evaluation.tables import Scores, best_first
-from drillrig_env.figures.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
 from drillrig_env.friction import Friction
+from drillrig_env.plots.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_speed
 

@@ -1,0 +1,1 @@
+"""A trained policy: its model, frames, environment and run folder."""

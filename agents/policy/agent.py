@@ -1,0 +1,84 @@
+"""A trained agent as a policy: a model that keeps its own memory, and what it was trained with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from agents.policy.environment import environment_arguments
+from agents.policy.frames import no_frames, push
+from drillrig_env.env.kernel import SLEW_LIMIT
+from drillrig_env.env.sensors import Sensors
+
+Memory = tuple[np.ndarray, ...] | None
+
+
+class Agent:
+    """A trained model with Stable-Baselines3's `predict`, for observations of one step at a time.
+
+    `config` is that of the run: see `agents.policy.run_folder`. A frame stack and a recurrent network's state
+    travel in `predict`'s state, so that one agent may meet any number of rigs.
+    """
+
+    def __init__(self, model: BaseAlgorithm, config: Mapping[str, Any]) -> None:
+        self.model, self.config = model, config
+        self.frames = int(config["hyperparameters"].get("frame_stack", 1))
+        self._rate = 1.0  # what the action 1 stood for in training, over what it stands for now
+
+    @property
+    def environment(self) -> dict[str, Any]:
+        """The arguments of the environment in which the agent was trained (`sensors`, `reward`, ...)."""
+        return environment_arguments(self.config["env_id"], self.config["env_kwargs"])
+
+    @property
+    def sensors(self) -> Sensors:
+        """What the agent must be shown."""
+        return Sensors.named(self.environment["sensors"])
+
+    @property
+    def drive_gains(self) -> tuple[float, ...] | None:
+        """The gains (k_p, k_i) of the drive that the agent was trained on; None for the rig's own."""
+        gains: tuple[float, ...] | None = self.environment.get("drive_gains")
+        return gains
+
+    @property
+    def slew_limit(self) -> float:
+        """The slew limit (rad/s^2) that the agent was trained with: what its action 1 stands for."""
+        return float(self.environment.get("slew_limit", SLEW_LIMIT))
+
+    def at_slew_limit(self, slew_limit: float) -> Agent:
+        """The same agent for an environment with this slew limit (rad/s^2): it wants the rates that it wanted."""
+        agent = type(self)(self.model, self.config)
+        agent._rate = self.slew_limit / slew_limit
+        return agent
+
+    def predict(
+        self,
+        observation: npt.NDArray[np.float32],
+        state: Memory = None,
+        episode_start: npt.NDArray[np.bool_] | None = None,
+        deterministic: bool = True,
+    ) -> tuple[np.ndarray, Memory]:
+        """Actions and the next state; shapes (n, 1) for observations (n, channels), and (1,) for (channels,)."""
+        actions, memory = self._act(observation, state, episode_start, deterministic)
+        return (actions if self._rate == 1.0 else np.clip(self._rate * actions, -1.0, 1.0)), memory
+
+    def _act(
+        self,
+        observation: npt.NDArray[np.float32],
+        state: Memory,
+        episode_start: npt.NDArray[np.bool_] | None,
+        deterministic: bool,
+    ) -> tuple[np.ndarray, Memory]:
+        if self.frames == 1:
+            return self.model.predict(observation, state, episode_start, deterministic)
+        rows = np.atleast_2d(observation)
+        stack = no_frames(len(rows), self.frames, rows.shape[1]) if state is None else state[0]
+        starts = None if episode_start is None else np.atleast_1d(episode_start)
+        stack = push(stack, rows, starts)
+        actions, inner = self.model.predict(stack, (state[1:] or None) if state else None, starts, deterministic)
+        return actions.reshape(*observation.shape[:-1], -1), (stack, *(inner or ()))

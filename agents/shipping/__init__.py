@@ -1,0 +1,1 @@
+"""What is shipped: export to ONNX, cards, the trained agents of the package."""

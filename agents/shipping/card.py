@@ -1,0 +1,239 @@
+"""Write the model cards of the shipped agents from what `agents.shipping.ship` left beside them.
+
+python -m agents.shipping.card           # all of them
+python -m agents.shipping.card ppo sac   # some
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.policy.agent import Agent
+from agents.policy.environment import environment_arguments
+from agents.policy.run_folder import MODEL, SEEDS, TRAINED, is_run, load_policy, read_config, read_seeds
+from drillrig_env.evaluation.report import markdown_table
+from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, Row, Table, stored_row
+
+COMMAND = "python -m agents.shipping.card"
+CARD = "README.md"
+
+EXAMPLE = """\
+import gymnasium as gym
+
+import drillrig_env
+from agents.policy.run_folder import find_run, load_policy
+
+agent = load_policy(find_run("NAME"))
+env = gym.make(agent.config["env_id"], **agent.environment)  # with the drive's gains
+observation, info = env.reset(seed=0, options={"start": "stick_slip"})
+memory, over = None, False
+while not over:
+    action, memory = agent.predict(observation, memory)
+    observation, reward, terminated, over, info = env.step(action)
+print(info["is_success"])  # whether the last 10 s were calm and at the target
+"""
+"""How to load and run an agent of the name NAME."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write the cards of all shipped agents or of those named."""
+    parser = argparse.ArgumentParser(
+        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"shipped agents (default: {_names(TRAINED)})")
+    chosen = parser.parse_args(arguments)
+    try:
+        for name in chosen.names or _names(TRAINED):
+            print(write_card(name).resolve())
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def write_card(name: str, trained: Path = TRAINED) -> Path:
+    """Write one agent's card and return its path. `ValueError` where the agent or its `seeds.json` is missing."""
+    path = trained / name / CARD
+    text = card(name, trained)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def card(name: str, trained: Path = TRAINED) -> str:
+    """The card of a shipped agent as Markdown. `ValueError` where the agent or its `seeds.json` is missing."""
+    folder = trained / name
+    seeds = read_seeds(folder)
+    if not is_run(folder) or seeds is None:
+        raise ValueError(
+            f"{folder} is not a shipped agent with a {SEEDS}; make it with: python -m agents.shipping.ship"
+        )
+    config = read_config(folder)
+    parts = [_task(name, config), _scores(config, seeds), _failures(seeds), _use(name, load_policy(folder))]
+    parts += [_training(config, seeds), *_beside(name, trained), "## Licence\n\nMIT, as the rest of the package.\n"]
+    return "\n".join(parts)
+
+
+def training_minutes(seeds: Mapping[str, Any]) -> str:
+    """The median wall time of the seeds' trainings in minutes, as text; also where one is not known."""
+    times = [one["seconds"] for one in seeds["seeds"].values()]
+    return _minutes(float(np.median(times)) if all(times) else None)
+
+
+def _names(trained: Path) -> list[str]:
+    return sorted(path.name for path in trained.glob("*") if is_run(path))
+
+
+def _task(name: str, config: Mapping[str, Any]) -> str:
+    arguments = environment_arguments(config["env_id"], config["env_kwargs"])
+    sensors = arguments["sensors"]
+    shown = f"the sensors `{sensors}`" if isinstance(sensors, str) else f"the channels {', '.join(sensors)}"
+    frames = config["hyperparameters"].get("frame_stack", 1)
+    memory = f", its last {frames} observations ({frames / 10:g} s)" if frames > 1 else ""
+    return (
+        f"# `{name}`\n\n"
+        f"{config['algorithm'].upper().replace('_', ' ')} for `{config['env_id']}`: bring a drill string out of "
+        "stick-slip and hold it calm at the target speed, by moving the drive's speed reference ten times a second. "
+        f"The agent sees {shown}{memory}. It is told neither the normal force nor the friction.\n"
+    )
+
+
+def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
+    count, shipped = len(seeds["seeds"]), seeds["shipped"]
+    lines = [
+        "## Scores\n",
+        f"On {seeds['rigs']['default']:,} held-out rigs a suite, the chapter's cases aside. Of {count} training seeds, "
+        "the interquartile mean with its 95 % bootstrap interval over seeds:\n",
+        _by_suite(MAIN, "main", seeds["pooled"]),
+        f"\n*{_sentence(MAIN.caption)}*\n",
+        f"The shipped seed, {shipped}, is the median one by mitigated share in `default`; its scores, with 95 % "
+        "intervals over rigs:\n",
+        _by_suite(MAIN, "main", seeds["alone"]),
+        "\nMitigated by hardness in `default`, all seeds and the shipped one:\n",
+        _two_rows(HARDNESS, "hardness", seeds),
+        f"\n*{_sentence(HARDNESS.caption)}*\n",
+        "Other scores in `default`:\n",
+        _two_rows(OTHERS, "others", seeds),
+        f"\n*{_sentence(OTHERS.caption)}*\n",
+        f"Every seed in `default` (made with `{seeds['command']}`):\n",
+        "| seed | mitigated | below ω_c | bistable | above | to calm, s | cost | training, min |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for seed, one in seeds["seeds"].items():
+        row = one["scores"]
+        shares = " | ".join(_number(row[heading], 3) for heading in ("mitigated", "below ω_c", "bistable", "above"))
+        lines.append(
+            f"| {seed}{' (shipped)' if int(seed) == shipped else ''} | {shares} | {_number(row['to calm'], 1)} | "
+            f"{_number(row['cost'], 3)} | {_minutes(one['seconds'])} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _failures(seeds: Mapping[str, Any]) -> str:
+    held = seeds["endurance"]
+    return (
+        f"## Where it fails\n\nAll seeds together: {seeds['fails']}\n\n"
+        "The suites' episodes last 60 s. The shipped seed, left to itself for longer, holds this share of rigs calm at "
+        "the target:\n\n"
+        f"| after | {' | '.join(f'{time} s' for time in held)} |\n|---|{'---:|' * len(held)}\n"
+        f"| mitigated | {' | '.join(f'{share:.3f}' for share in held.values())} |\n\n"
+        "Rigs unlike those of the package (another string, "
+        "another drive) were not tried: train anew for them.\n"
+    )
+
+
+def _use(name: str, agent: Agent) -> str:
+    drive = (
+        "It was trained on the rig's own drive."
+        if agent.drive_gains is None
+        else f"It works through a softened drive: {_drive(agent.drive_gains)}. On another drive it is not the agent "
+        "that was scored."
+    )
+    return (
+        f"## Use\n\n{drive}\n\n```python\n{EXAMPLE.replace('NAME', name)}```\n\n"
+        f"`python eval.py constant z_torque {name} --env {agent.config['env_id']}` compares it, "
+        f"`python -m agents.shipping.export {name}` writes it as one ONNX file that needs neither this package "
+        f"nor PyTorch.\n"
+    )
+
+
+def _drive(gains: Sequence[float]) -> str:
+    """The gains of a drive in words."""
+    k_p, k_i, share = (*gains, 0.0)[:3]
+    loop = f"k_p = {k_p:.4g} V s/rad and k_i = {k_i:.4g} V/rad in the speed loop"
+    return f"{loop}, with {share:.0%} of the back-EMF made up for, while it runs" if share else f"{loop} while it runs"
+
+
+def _training(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
+    chosen, made = config["hyperparameters"], config["provenance"]
+    times = [one["seconds"] for one in seeds["seeds"].values()]
+    machines = sorted({one["machine"] for one in seeds["seeds"].values()})
+    versions = ", ".join(f"{package} {number}" for package, number in made["versions"].items() if number)
+    rows = "\n".join(f"| `{key}` | `{json.dumps(value)}` |" for key, value in chosen.items() if key != "env_kwargs")
+    kwargs = "\n".join(
+        f"| environment: `{key}` | `{json.dumps(value)}` |" for key, value in config["env_kwargs"].items()
+    )
+    spent = (
+        f"{training_minutes(seeds)} minutes a seed (median; {_minutes(min(times))} to {_minutes(max(times))})"
+        if all(times)
+        else "not recorded"
+    )
+    return (
+        f"## Training\n\n```sh\n{shlex.join(['python', *config['command']])}\n```\n\n"
+        f"Seed of what is shipped: {seeds['shipped']}. {chosen['n_timesteps']:,} steps; wall time, with what else "
+        f"the machine did: {spent}. Machine: {'; '.join(machines)}. {made['date']}, Python {made['python']}, "
+        f"{versions}.\n\n| hyperparameter | value |\n|---|---|\n{rows}\n{kwargs}\n"
+    )
+
+
+def _beside(name: str, trained: Path) -> list[str]:
+    """The other shipped agents of the same environment beside this one; nothing where there are none."""
+    env_id = read_config(trained / name)["env_id"]
+    names = [one for one in _names(trained) if read_config(trained / one)["env_id"] == env_id]
+    found = {one: seeds for one in names if (seeds := read_seeds(trained / one)) is not None}
+    if len(found) < 2:
+        return []
+    lines = [
+        f"## Beside the other agents of {env_id}\n",
+        "| agent | mitigated in `default` | steps | training, min | size, kB |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    for one, seeds in found.items():
+        row = stored_row(seeds["pooled"]["default"]["main"])
+        steps = read_config(trained / one)["hyperparameters"]["n_timesteps"]
+        size = (trained / one / MODEL).stat().st_size / 1024
+        lines.append(f"| `{one}` | {row['mitigated'].value:.3f} | {steps:,} | {training_minutes(seeds)} | {size:.0f} |")
+    return ["\n".join(lines) + "\n"]
+
+
+def _by_suite(table: Table, name: str, suites: Mapping[str, Any]) -> str:
+    rows: dict[str, Row] = {f"`{suite}`": stored_row(tables[name]) for suite, tables in suites.items()}
+    return markdown_table(table, rows, {}).replace("| policy |", "| suite |", 1)
+
+
+def _two_rows(table: Table, name: str, seeds: Mapping[str, Any]) -> str:
+    rows = {
+        "all seeds": stored_row(seeds["pooled"]["default"][name]),
+        f"seed {seeds['shipped']}": stored_row(seeds["alone"]["default"][name]),
+    }
+    return markdown_table(table, rows, {}).replace("| policy |", "| |", 1)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "none" if value is None else f"{value:.{digits}f}"
+
+
+def _minutes(seconds: float | None) -> str:
+    return "not recorded" if seconds is None else f"{seconds / 60:.1f}"
+
+
+if __name__ == "__main__":
+    main()

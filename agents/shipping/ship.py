@@ -1,0 +1,201 @@
+"""Choose the median seed of a training and put it into the package, with what all seeds scored.
+
+    python train.py ppo --seeds 5 --run-folder runs/ppo
+    python -m agents.shipping.ship runs/ppo --name ppo
+    python -m agents.shipping.ship runs/ppo --name ppo --results results/ppo   # keep all episodes; goes on after Ctrl-C
+
+All seeds face all suites. The median seed is that of median mitigated share in the suite `default`, lower
+costs counting as better among equals (of an even number of seeds, the worse of the middle two). Its
+config, model and evaluations go into agents/trained/NAME, beside the card (`agents.shipping.card`) and `seeds.json`,
+which holds every seed's scores, learning curve and training time, and how long the shipped one holds what
+it reached (`agents.endurance`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import shutil
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+import drillrig_env
+from agents.contestants import find_contestant
+from agents.endurance import endurance
+from agents.policy.run_folder import (
+    CHECKPOINT,
+    CONFIG,
+    EVALUATIONS,
+    MODEL,
+    SEEDS,
+    TRAINED,
+    is_run,
+    load_policy,
+    read_config,
+)
+from agents.shipping.card import write_card
+from agents.training.progress import read_progress
+from drillrig_env.evaluation import histories as histories_of
+from drillrig_env.evaluation.contest import check_same, config_of, face
+from drillrig_env.evaluation.findings import where_each_fails
+from drillrig_env.evaluation.histories import Histories
+from drillrig_env.evaluation.provenance import provenance
+from drillrig_env.evaluation.results import Results, Scores, read, replace
+from drillrig_env.evaluation.suites import SUITES, suite
+from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
+
+COMMAND = "python -m agents.shipping.ship"
+LEAST_SEEDS = 5
+"""Fewer training seeds say too little about an algorithm."""
+
+ENDURING = 200
+"""Rigs that the shipped seed is put through for ten minutes."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Parse the command line, evaluate the seeds, and ship one."""
+    parser = argparse.ArgumentParser(
+        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path, help="folder of the seeds, as train.py --seeds leaves it")
+    parser.add_argument("--name", required=True, help="what the agent is called")
+    parser.add_argument("--rigs", type=int, default=1000, help="random rigs of a suite (default: 1000)")
+    parser.add_argument("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
+    parser.add_argument("--results", type=Path, metavar="DIR", help="folder that keeps the episodes, to go on from")
+    chosen = parser.parse_args(arguments)
+    command = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    names = [name for name in SUITES if name in chosen.suite or name == "default"]
+    try:
+        folder = ship(chosen.folder, chosen.name, chosen.rigs, names, chosen.results, command=command)
+    except ValueError as error:
+        parser.error(str(error))
+    print(f"seed {read_config(folder)['seed']} is shipped: {folder}")
+
+
+def ship(
+    runs: Path,
+    name: str,
+    rigs: int = 1000,
+    suites: Sequence[str] = tuple(SUITES),
+    results_folder: Path | None = None,
+    trained: Path = TRAINED,
+    command: str = COMMAND,
+) -> Path:
+    """Evaluate the seeds in `runs`, copy the median one into `trained`/`name` with its card, and return that folder.
+
+    `suites` must hold "default". Raises `ValueError` for fewer than LEAST_SEEDS seeds, for an unfinished
+    training among them, and for results of other seeds or rigs in `results_folder`.
+    """
+    folders = _finished(runs)
+    env_id = read_config(next(iter(folders.values())))["env_id"]
+    results = _evaluate(runs, name, env_id, rigs, suites, results_folder, command)
+    results.estimates = all_estimates(results.scores, name)
+    scores = results.scores["default"][name]
+    shipped = median_seed(scores)
+    alone = {one: {name: _of_seed(policies[name], shipped)} for one, policies in results.scores.items()}
+    target = trained / name
+    target.mkdir(parents=True, exist_ok=True)
+    for file in (CONFIG, MODEL, EVALUATIONS):
+        shutil.copyfile(folders[shipped] / file, target / file)
+    content = {
+        "command": command,
+        "provenance": provenance(),
+        "rigs": {one: results.config["suites"][one]["rigs"] for one in results.scores},
+        "shipped": int(shipped),
+        "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
+        "pooled": {one: tables[name] for one, tables in results.estimates.items()},
+        "alone": {one: tables[name] for one, tables in all_estimates(alone, name).items()},
+        "endurance": endurance(load_policy(target), min(rigs, ENDURING)),
+        "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
+    }
+    text = json.dumps(_without_nan(content), indent=1, ensure_ascii=False) + "\n"
+    replace(target / SEEDS, text.encode("utf-8"))
+    write_card(name, trained)
+    return target
+
+
+def median_seed(scores: Scores) -> str:
+    """The seed of median mitigated share; the lower cost decides between equals."""
+    ranks = {}
+    for seed in np.unique(scores["seed"]).tolist():
+        own = _of_seed(scores, seed)
+        ranks[seed] = (float(own["mitigated"].mean()), -float(own["cost"].mean()))
+    worst_first = sorted(ranks, key=lambda seed: (ranks[seed], int(seed)))
+    return str(worst_first[(len(worst_first) - 1) // 2])
+
+
+def _finished(runs: Path) -> dict[str, Path]:
+    """The folders of the seeds by seed. `ValueError` where they are too few, or one is not finished."""
+    folders = {str(read_config(path)["seed"]): path for path in sorted(runs.glob("*")) if is_run(path)}
+    if len(folders) < LEAST_SEEDS:
+        raise ValueError(f"{runs} holds {len(folders)} training seeds; allowed: >= {LEAST_SEEDS}")
+    for path in folders.values():
+        missing = [file for file in (MODEL, EVALUATIONS) if not (path / file).is_file()]
+        if missing or (path / CHECKPOINT).exists():
+            raise ValueError(f"{path} is not finished; go on with: python train.py --resume {runs}")
+    return {seed: folders[seed] for seed in sorted(folders, key=int)}
+
+
+def _evaluate(
+    runs: Path, name: str, env_id: str, rigs: int, suites: Sequence[str], folder: Path | None, command: str
+) -> Results:
+    """All seeds in all suites, as `eval.py` does it; what `folder` holds already is not run again."""
+    contestant = find_contestant(str(runs), env_id, name)
+    chosen = [suite(one, rigs) for one in suites]
+    config = config_of(env_id, chosen, [contestant], drillrig_env.__version__, command, name)
+    results, histories = Results(config, provenance()), Histories()
+    if folder and (folder / "results.json").exists():
+        results, histories = read(folder), histories_of.read(folder)
+        check_same(results.config, config, folder)
+        results.config = config
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
+    with Progress(*columns, transient=True) as bar:
+        for one in chosen:
+            task = bar.add_task(one.name)
+            failures = face(one, [contestant], results, histories, folder, partial(_show, bar, task))
+            if failures:
+                raise ValueError(str(failures[0]))
+    return results
+
+
+def _show(bar: Progress, task: Any, _policy: str, done: int, of: int) -> None:
+    bar.update(task, completed=done, total=of)
+
+
+def _of_seed(scores: Scores, seed: str) -> Scores:
+    chosen = scores["seed"] == seed
+    return {name: values[chosen] for name, values in scores.items()}
+
+
+def _seed(folder: Path, scores: Scores) -> dict[str, Any]:
+    """One seed's training time, machine, learning curve and scores in `default`."""
+    with np.load(folder / EVALUATIONS) as saved:
+        timesteps, mitigated = saved["timesteps"].tolist(), saved["mitigated"].mean(axis=1).tolist()
+    row = estimates(scores, MAIN.columns + OTHERS.columns)
+    return {
+        "seconds": read_progress(folder).get("seconds"),
+        "machine": read_config(folder)["provenance"]["machine"],
+        "timesteps": timesteps,
+        "mitigated": [round(share, 4) for share in mitigated],
+        "scores": {heading: estimate.value for heading, estimate in row.items()},
+    }
+
+
+def _without_nan(value: Any) -> Any:
+    """NaN as null, which JSON has."""
+    if isinstance(value, dict):
+        return {key: _without_nan(inner) for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(inner) for inner in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+if __name__ == "__main__":
+    main()

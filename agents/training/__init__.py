@@ -1,0 +1,1 @@
+"""Training: settings, schedules, callbacks, checkpoints, seeds, resume."""

@@ -1,0 +1,122 @@
+"""What happens beside learning: evaluation, checkpoints, progress, and a stop that loses nothing.
+
+All of it happens between two rollouts, so that a training which is cut there and resumed is the same.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Mapping
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
+
+from agents.policy.agent import Agent
+from agents.policy.run_folder import BEST_MODEL, CHECKPOINT, EVALUATIONS
+from agents.training.checkpoint import save_checkpoint
+from agents.training.validation_rigs import practise
+
+
+class Stopped(Exception):  # noqa: N818  # no error: it was asked for
+    """The training was asked to stop, and has reached the end of a rollout."""
+
+
+class Evaluate(BaseCallback):
+    """Evaluate every `every` steps and at the end; write `evaluations.npz` and keep the best model.
+
+    `config` is the run's, `arguments` are those of `RigBatch`. The best model has the largest mitigated
+    share, and among equals the highest mean return. Evaluations in the folder are kept up to the step
+    with which this training begins.
+    """
+
+    def __init__(self, folder: Path, config: Mapping[str, Any], arguments: Mapping[str, Any], rigs: int, every: int):
+        super().__init__()
+        self.folder, self.config, self.arguments = folder, config, arguments
+        self.rigs, self.every = rigs, every
+        self.history: dict[str, list[Any]] = {"timesteps": [], "results": [], "mitigated": [], "ep_lengths": []}
+
+    @property
+    def mitigated(self) -> float | None:
+        """The share that the last evaluation found mitigated."""
+        return float(np.mean(self.history["mitigated"][-1])) if self.history["mitigated"] else None
+
+    def _on_training_start(self) -> None:
+        path = self.folder / EVALUATIONS
+        if path.is_file():
+            with np.load(path) as saved:
+                kept = saved["timesteps"] <= self.num_timesteps
+                self.history = {name: list(saved[name][kept]) for name in self.history}
+
+    def _on_rollout_start(self) -> None:
+        last = self.history["timesteps"][-1] if self.history["timesteps"] else 0
+        if self.num_timesteps // self.every > last // self.every:
+            self._evaluate()
+
+    def _on_training_end(self) -> None:
+        if self.num_timesteps not in self.history["timesteps"]:
+            self._evaluate()
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _evaluate(self) -> None:
+        practice = practise(Agent(self.model, self.config), self.arguments, self.rigs)
+        rank = (float(practice.mitigated.mean()), float(practice.returns.mean()))
+        earlier = zip(self.history["mitigated"], self.history["results"], strict=True)
+        if all(rank > (float(m.mean()), float(r.mean())) for m, r in earlier):
+            self.model.save(self.folder / BEST_MODEL)
+        self.history["timesteps"].append(self.num_timesteps)
+        self.history["results"].append(practice.returns)
+        self.history["mitigated"].append(practice.mitigated)
+        self.history["ep_lengths"].append(np.full(self.rigs, practice.steps))
+        arrays: dict[str, Any] = {name: np.array(rows) for name, rows in self.history.items()}
+        np.savez(self.folder / EVALUATIONS, **arrays)
+        self.logger.record("eval/mitigated", rank[0])
+        self.logger.record("eval/mean_reward", rank[1])
+        self.logger.dump(self.num_timesteps)
+
+
+class Checkpoint(BaseCallback):
+    """Write a checkpoint every `every` steps, and when asked to stop.
+
+    Between `with` and its end, Ctrl-C and SIGTERM ask for a stop: the rollout and its update are finished,
+    the checkpoint is written and `Stopped` is raised. A second Ctrl-C stops at once.
+    """
+
+    def __init__(self, folder: Path, every: int):
+        super().__init__()
+        self.path, self.every = folder / CHECKPOINT, every
+        self.stopping = False
+        self._next = every
+        self._handlers: dict[int, Any] = {}
+
+    def __enter__(self) -> Checkpoint:
+        if threading.current_thread() is threading.main_thread():
+            self._handlers = {s: signal.signal(s, self._ask) for s in (signal.SIGINT, signal.SIGTERM)}
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._handlers.items():
+            signal.signal(number, handler)
+
+    def _ask(self, _number: int, _frame: FrameType | None) -> None:
+        if self.stopping:
+            raise KeyboardInterrupt
+        self.stopping = True
+
+    def _on_training_start(self) -> None:
+        self._next = self.num_timesteps + self.every
+
+    def _on_rollout_start(self) -> None:
+        if self.stopping or self.num_timesteps >= self._next:
+            self._next = self.num_timesteps + self.every
+            save_checkpoint(self.path, self.model)
+        if self.stopping:
+            raise Stopped
+
+    def _on_step(self) -> bool:
+        return True

@@ -1,0 +1,1 @@
+"""From a measured record to the model: compare, score."""

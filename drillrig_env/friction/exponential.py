@@ -1,0 +1,160 @@
+"""Dry friction between brake pin and disc 1: the laws (4-7) and (4-9) and their slope (4-21).
+
+With a = |x_3| the discontinuous law is
+
+    T_r1 = N_1 r_1 [mu_k + (mu_s - mu_k) exp(-v_b a)] sign(x_3),                             (4-7)
+
+and the adopted one, the model of record, replaces it for a < omega_s by the straight line
+
+    T_r1 = N_1 r_1 mu_s x_3 / omega_s.                                                       (4-9)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+from pathlib import Path
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.parameters import (
+    NOT_NEGATIVE,
+    POSITIVE,
+    check_fields,
+    parameter,
+    read_section,
+    refuse,
+    write_section,
+)
+from drillrig_env.rig import Rig
+
+_TABLE = "table 4.1"
+
+
+@dataclass(frozen=True, eq=False)
+class Friction:
+    """The contact of pin and disc. Each field is a number, or an array with one entry a rig.
+
+    The default is the chapter's: table 4.1 at N_1 = 10 N. Raises `ValueError` for a value that is
+    not allowed, for mu_s < mu_k, and for arrays whose shapes do not go together.
+    """
+
+    normal_force: Quantity = parameter(10.0, "N", "normal force N_1 of the pin", "figures 4.8 to 4.13", NOT_NEGATIVE)
+    mu_s: Quantity = parameter(0.5, "", "static friction coefficient", _TABLE, NOT_NEGATIVE)
+    mu_k: Quantity = parameter(0.306, "", "kinetic friction coefficient", _TABLE, NOT_NEGATIVE)
+    v_b: Quantity = parameter(1.0, "s/rad", "decay factor of the friction with speed", _TABLE, POSITIVE)
+
+    def __post_init__(self) -> None:
+        for name in ("normal_force", "mu_s", "mu_k", "v_b"):
+            value = getattr(self, name)
+            if isinstance(value, list | tuple):
+                object.__setattr__(self, name, np.asarray(value, dtype=float))
+        check_fields(self)
+        self.as_array()
+        if np.any(np.asarray(self.mu_s) < np.asarray(self.mu_k)):
+            raise refuse("Friction", "mu_s", self.mu_s, "", f">= mu_k = {self.mu_k}")
+
+    def as_array(self, rigs: int | None = None) -> FloatArray:
+        """The columns N_1, mu_s, mu_k, v_b as an array of shape (rigs, 4).
+
+        `rigs` spreads single numbers over that many rigs; without it the fields' own length counts.
+        """
+        try:
+            values = np.broadcast_arrays(
+                *(np.atleast_1d(v) for v in (self.normal_force, self.mu_s, self.mu_k, self.v_b))
+            )
+            table = np.stack(values, axis=-1).astype(float)
+            return table if rigs is None else np.ascontiguousarray(np.broadcast_to(table, (rigs, 4)))
+        except ValueError as error:
+            shapes = [np.shape(v) for v in (self.normal_force, self.mu_s, self.mu_k, self.v_b)]
+            wanted = "one number, or one entry a rig" if rigs is None else f"one number, or {rigs} entries"
+            raise ValueError(f"Friction: fields of shapes {shapes}; allowed for each: {wanted}") from error
+
+    def single(self) -> Friction:
+        """The friction of one rig with plain numbers as fields. `ValueError` for a batch of several."""
+        table = self.as_array()
+        if len(table) != 1:
+            raise refuse("Friction", "number of rigs", len(table), "", "one here")
+        return Friction(*table[0].tolist())
+
+    def law(self, rig: Rig) -> tuple[float, float, float, float]:
+        """What `torque_in_zone` takes for one rig: N_1 r_1 mu_s and N_1 r_1 mu_k (N m), v_b, omega_s."""
+        normal_force, mu_s, mu_k, v_b = self.single().as_array()[0].tolist()
+        return normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s
+
+    def torque(self, rig: Rig, bit_speed: Quantity) -> Quantity:
+        """Torque of the adopted law (4-9) at a bit speed (rad/s), in N m; shapes broadcast."""
+        return self._evaluate(rig, bit_speed)[0]
+
+    def slope(self, rig: Rig, bit_speed: Quantity) -> Quantity:
+        """Slope dT_r1/dx_3 of (4-9), the chapter's Delta T_r1 (4-21), in N m s/rad."""
+        return self._evaluate(rig, bit_speed)[1]
+
+    def torque_discontinuous(self, rig: Rig, bit_speed: Quantity) -> Quantity:
+        """Torque of the discontinuous law (4-7), with the chapter's sign(0) = 1 (4-8), in N m."""
+        x_3 = np.asarray(bit_speed, dtype=float)
+        decay = np.exp(-np.asarray(self.v_b) * np.abs(x_3))
+        coefficient = self.mu_k + (np.asarray(self.mu_s) - self.mu_k) * decay
+        torque = self.normal_force * rig.r_1 * coefficient * np.where(x_3 >= 0, 1.0, -1.0)
+        return float(torque) if np.ndim(torque) == 0 else np.asarray(torque)
+
+    def _evaluate(self, rig: Rig, bit_speed: Quantity) -> tuple[Quantity, Quantity]:
+        static = np.asarray(self.normal_force) * rig.r_1 * self.mu_s
+        kinetic = np.asarray(self.normal_force) * rig.r_1 * self.mu_k
+        x_3, static, kinetic, v_b = np.broadcast_arrays(bit_speed, static, kinetic, self.v_b)
+        torque, slope = np.empty(x_3.shape), np.empty(x_3.shape)
+        flat = [np.array(values, dtype=float).ravel() for values in (x_3, static, kinetic, v_b)]
+        _law_over(flat[0], flat[1], flat[2], flat[3], rig.omega_s, torque.reshape(-1), slope.reshape(-1))
+        return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> Friction:
+        """Read a friction from the table `[friction]` of a TOML file; errors name file, key and range."""
+        return read_section(path, "friction", cls)
+
+    def to_toml(self, path: str | Path) -> None:
+        """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged."""
+        write_section(self, path, "friction")
+
+
+@inlined
+def zone_of(x_3: float, omega_s: float) -> int:
+    """The piece of (4-9) that holds at x_3: 0 stick, 1 slip forwards, -1 slip backwards."""
+    if x_3 >= omega_s:
+        return 1
+    if x_3 <= -omega_s:
+        return -1
+    return 0
+
+
+@inlined
+def torque_in_zone(
+    zone: int, x_3: float, static: float, kinetic: float, v_b: float, omega_s: float
+) -> tuple[float, float]:
+    """Torque and slope of one piece of (4-9), continued smoothly beyond its zone.
+
+    `static` = N_1 r_1 mu_s and `kinetic` = N_1 r_1 mu_k in N m. The smooth continuation lets an
+    integrator reach past the kink and then say where it was crossed.
+    """
+    if zone == 0:
+        slope = static / omega_s
+        return slope * x_3, slope
+    decaying = (static - kinetic) * exp(-v_b * zone * x_3)
+    return zone * (kinetic + decaying), -v_b * decaying
+
+
+@compiled
+def _law_over(
+    x_3: FloatArray,
+    static: FloatArray,
+    kinetic: FloatArray,
+    v_b: FloatArray,
+    omega_s: float,
+    torque: FloatArray,
+    slope: FloatArray,
+) -> None:
+    for i in range(x_3.size):
+        zone = zone_of(x_3[i], omega_s)
+        torque[i], slope[i] = torque_in_zone(zone, x_3[i], static[i], kinetic[i], v_b[i], omega_s)

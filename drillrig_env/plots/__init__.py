@@ -1,0 +1,1 @@
+"""Pictures of a rig: the figures of the chapter, and an animation."""

@@ -1,0 +1,1 @@
+"""The fast exact step: tables, collocation, kinks, propagation, batches."""

@@ -1,0 +1,210 @@
+"""One step of exponential collocation: bit speed and friction torque at the nodes, then the new state.
+
+A step is solved with one piece of (4-9), continued smoothly beyond its zone: by Newton's method for
+the bit speed at the four Radau nodes, which in the stick zone, where the law is linear, is one linear
+solve. How far the solution holds is known afterwards: up to the kink that it crosses, if it does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray, Record
+from drillrig_env.friction import torque_in_zone
+from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.jit.simd import row, store
+from drillrig_env.stepper.tables import NODES, POWERS_FROM_NODES, RADAU_NODES, SAMPLES, STATE
+
+_NEWTON_LIMIT = 8
+
+_CLEARLY_BEYOND = 0.02
+"""An iterate this far (rad/s) beyond the kink means that the step crosses it."""
+
+_CROSSING_TOLERANCE = 1e-9
+"""Newton's last step in search of a crossing, as a share of the step."""
+
+_POWERS_OF_RATES = POWERS_FROM_NODES / RADAU_NODES
+"""Coefficients of the cubic through (value at a node - value at the start) / time of the node."""
+
+WORKSPACE = np.dtype(
+    [
+        ("linear", "f8", NODES),
+        ("speed", "f8", NODES),
+        ("torque", "f8", NODES),
+        ("slope", "f8", NODES),
+        ("powers", "f8", NODES),
+        ("state", "f8", STATE),
+        ("term", "f8", STATE),
+        ("before", "f8", STATE),
+        ("fast", "f8", STATE),
+        ("fast_left", "f8", STATE),
+        ("speed_samples", "f8", SAMPLES),
+        ("torque_samples", "f8", SAMPLES),
+    ],
+    align=True,
+)
+"""Scratch numbers of one rig's step; `advance` leaves its samples in the last two fields."""
+
+
+@compiled
+def solve_nodes(
+    y: FloatArray,
+    speed_reference: float,
+    zone: int,
+    static: float,
+    kinetic: float,
+    v_b: float,
+    omega_s: float,
+    table: Record,
+    work: Record,
+    fine: bool,
+) -> float:
+    """Solve a step with one piece of the law; the share of the step over which the solution holds.
+
+    1 is the whole step; less means that it crosses the kink there, and 0 that no share is accurate.
+    Unless `fine` the place of a kink is a guess, good for choosing shorter steps. Newton's method
+    begins from the law's tangent at the start. The other arguments are those of `advance`; `zone` is
+    the piece of the law, `table` the tables of the step's length.
+
+    Newton's error is that of the linearised T_r1 at a node: half of T_r1'' step^2, with T_r1'' = -v_b T_r1'.
+    """
+    start = y[2] + speed_reference
+    torque, slope = torque_in_zone(zone, start, static, kinetic, v_b, omega_s)
+    A = table.node_from_state
+    linear = speed_reference + y[0] * row(A, 0, NODES) + y[1] * row(A, 1, NODES) + y[2] * row(A, 2, NODES)
+    linear = linear + y[3] * row(A, 3, NODES)
+    rest = y[4] * row(A, 4, NODES) + y[5] * row(A, 5, NODES) + y[6] * row(A, 6, NODES)
+    store(work.linear, 0, linear + rest)
+    for j in range(NODES):
+        work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
+    for _ in range(_NEWTON_LIMIT):
+        error = 0.5 * v_b * _newton_step(table, work)
+        if zone == 0 or error < table.newton_tolerance:
+            return _reach(start, torque, zone, omega_s, table, work, fine)
+        for j in range(NODES):
+            if not fine and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
+                return _crossing(start, zone, omega_s, work, fine)
+            work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], static, kinetic, v_b, omega_s)
+    return 0.0
+
+
+@inlined
+def _newton_step(table: Record, work: Record) -> float:
+    """One Newton step for speed = linear + node_from_torque @ torque(speed).
+
+    Returns the largest slope times step^2 (N m rad/s), a measure of what the next step would change.
+    The system (1 - A diag(slope)) step = residual is solved by elimination in blocks of two, without
+    pivots: the matrix is the identity plus a Radau matrix.
+    """
+    A, speed, torque, slope = table.node_from_torque, work.speed, work.torque, work.slope
+    T_0, T_1, T_2, T_3 = torque[0], torque[1], torque[2], torque[3]
+    s_0, s_1, s_2, s_3 = slope[0], slope[1], slope[2], slope[3]
+    r_0 = work.linear[0] - speed[0] + (A[0, 0] * T_0 + A[0, 1] * T_1 + A[0, 2] * T_2 + A[0, 3] * T_3)
+    r_1 = work.linear[1] - speed[1] + (A[1, 0] * T_0 + A[1, 1] * T_1 + A[1, 2] * T_2 + A[1, 3] * T_3)
+    r_2 = work.linear[2] - speed[2] + (A[2, 0] * T_0 + A[2, 1] * T_1 + A[2, 2] * T_2 + A[2, 3] * T_3)
+    r_3 = work.linear[3] - speed[3] + (A[3, 0] * T_0 + A[3, 1] * T_1 + A[3, 2] * T_2 + A[3, 3] * T_3)
+    # Upper rows (p q | f g), lower rows (u v | m n).
+    p_0, q_0, f_0, g_0 = 1.0 - A[0, 0] * s_0, -A[0, 1] * s_1, -A[0, 2] * s_2, -A[0, 3] * s_3
+    p_1, q_1, f_1, g_1 = -A[1, 0] * s_0, 1.0 - A[1, 1] * s_1, -A[1, 2] * s_2, -A[1, 3] * s_3
+    u_2, v_2, m_2, n_2 = -A[2, 0] * s_0, -A[2, 1] * s_1, 1.0 - A[2, 2] * s_2, -A[2, 3] * s_3
+    u_3, v_3, m_3, n_3 = -A[3, 0] * s_0, -A[3, 1] * s_1, -A[3, 2] * s_2, 1.0 - A[3, 3] * s_3
+    inverse = 1.0 / (p_0 * q_1 - p_1 * q_0)
+    f_0, f_1 = inverse * (q_1 * f_0 - q_0 * f_1), inverse * (p_0 * f_1 - p_1 * f_0)
+    g_0, g_1 = inverse * (q_1 * g_0 - q_0 * g_1), inverse * (p_0 * g_1 - p_1 * g_0)
+    r_0, r_1 = inverse * (q_1 * r_0 - q_0 * r_1), inverse * (p_0 * r_1 - p_1 * r_0)
+    m_2, n_2, r_2 = m_2 - u_2 * f_0 - v_2 * f_1, n_2 - u_2 * g_0 - v_2 * g_1, r_2 - u_2 * r_0 - v_2 * r_1
+    m_3, n_3, r_3 = m_3 - u_3 * f_0 - v_3 * f_1, n_3 - u_3 * g_0 - v_3 * g_1, r_3 - u_3 * r_0 - v_3 * r_1
+    inverse = 1.0 / (m_2 * n_3 - m_3 * n_2)
+    r_2, r_3 = inverse * (n_3 * r_2 - n_2 * r_3), inverse * (m_2 * r_3 - m_3 * r_2)
+    r_0, r_1 = r_0 - f_0 * r_2 - g_0 * r_3, r_1 - f_1 * r_2 - g_1 * r_3
+    speed[0], speed[1], speed[2], speed[3] = speed[0] + r_0, speed[1] + r_1, speed[2] + r_2, speed[3] + r_3
+    torque[0], torque[1], torque[2], torque[3] = T_0 + s_0 * r_0, T_1 + s_1 * r_1, T_2 + s_2 * r_2, T_3 + s_3 * r_3
+    upper = max(abs(s_0 * r_0 * r_0), abs(s_1 * r_1 * r_1))
+    largest: float = max(upper, max(abs(s_2 * r_2 * r_2), abs(s_3 * r_3 * r_3)))
+    return largest
+
+
+@inlined
+def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record, work: Record, fine: bool) -> float:
+    """The share of a solved step over which its solution holds, as `solve_nodes` returns it.
+
+    The start of a step is no node, so how far T_r1 there lies from the cubic through its node values (the
+    defect, N m) tells how well a cubic follows T_r1.
+    """
+    lowest = highest = work.speed[0]
+    defect = torque - POWERS_FROM_NODES[0, 0] * work.torque[0]
+    for j in range(1, NODES):
+        lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
+        defect -= POWERS_FROM_NODES[0, j] * work.torque[j]
+    rough = abs(defect) > table.largest_defect
+    if fine and rough:
+        return 0.0
+    nearest = lowest if zone == 1 else -highest
+    if (zone != 0 and nearest < omega_s) or (zone == 0 and max(highest, -lowest) >= omega_s):
+        return _crossing(start, zone, omega_s, work, fine)
+    if zone * (work.speed[0] - start) < 0.0:
+        # Slowing down: the speed may dip between two nodes by a fraction of its range.
+        rough |= nearest - (max(highest, start) - min(lowest, start)) / 8.0 < omega_s
+    return 0.0 if rough else 1.0
+
+
+@compiled
+def _crossing(start: float, zone: int, omega_s: float, work: Record, fine: bool) -> float:
+    """Where a step leaves its zone, as a share of the step; 0 where a node cannot tell.
+
+    A first guess is linear between the first node beyond the kink and what comes before it. The
+    `fine` answer is the root, by Newton's method, of the quartic through the start and the nodes.
+    """
+    earlier, speed_then, share, edge = 0.0, start, 0.0, zone * omega_s
+    for j in range(NODES):
+        speed = work.speed[j]
+        if (zone == 0 and abs(speed) >= omega_s) or (zone != 0 and zone * speed < omega_s):
+            if zone == 0:
+                edge = omega_s if speed > 0.0 else -omega_s
+            if (speed_then - edge) * (speed - edge) < 0.0:
+                share = earlier + (RADAU_NODES[j] - earlier) * (edge - speed_then) / (speed - speed_then)
+            break
+        earlier, speed_then = RADAU_NODES[j], speed
+    if not fine or share == 0.0:
+        return share
+    rates = work.powers  # coefficients of the mean rate since the start, a cubic of time
+    for i in range(NODES):
+        rates[i] = 0.0
+        for j in range(NODES):
+            rates[i] += _POWERS_OF_RATES[i, j] * (work.speed[j] - start)
+    for _ in range(_NEWTON_LIMIT):
+        mean = rates[0] + share * (rates[1] + share * (rates[2] + share * rates[3]))
+        rate = rates[0] + share * (2.0 * rates[1] + share * (3.0 * rates[2] + share * 4.0 * rates[3]))
+        step = (start + share * mean - edge) / rate
+        share -= step
+        if abs(step) < _CROSSING_TOLERANCE:
+            return share if 0.0 < share < 1.0 else 0.0
+    return 0.0
+
+
+@inlined
+def take_step(y: FloatArray, table: Record, work: Record) -> None:
+    """Take a solved step as a whole: the state at its end, in place."""
+    evaluate(y, work, table.state_from_state, table.state_from_torque, 0.0, y, 0, STATE)
+
+
+@inlined
+def evaluate(
+    y: FloatArray,
+    work: Record,
+    from_state: FloatArray,
+    from_torque: FloatArray,
+    constant: float,
+    out: FloatArray,
+    first: int,
+    count: int,
+) -> None:
+    """Quantities of a solved step as entries `first` and on of `out`: constant + y @ from_state + T_r1 @ from_torque.
+
+    `count`, how many they are, is a constant.
+    """
+    A, b, T = from_state, from_torque, work.torque
+    free = constant + y[0] * row(A, 0, count) + y[1] * row(A, 1, count) + y[2] * row(A, 2, count)
+    free = free + y[3] * row(A, 3, count) + y[4] * row(A, 4, count)
+    forced = T[0] * row(b, 0, count) + T[1] * row(b, 1, count) + T[2] * row(b, 2, count) + T[3] * row(b, 3, count)
+    store(out, first, (free + y[5] * row(A, 5, count)) + (y[6] * row(A, 6, count) + forced))

@@ -1,0 +1,107 @@
+"""The fast exact stepper: one rig, one period of held speed reference, in compiled code.
+
+Steps go down and up a ladder of halved lengths. A step is solved with the piece of (4-9) that holds
+where it begins (`drillrig_env.stepper.collocation`), and kept if no node leaves that piece. Otherwise it tells
+where about it meets the kink at |x_3| = omega_s; shorter steps lead up to there, and one of the rung
+_KINK_RUNG leads across, exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that
+shoots through the stick zone, is left to ever shorter steps, the last ones below a microsecond.
+"""
+
+from __future__ import annotations
+
+from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.friction import zone_of
+from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step
+from drillrig_env.stepper.kinks import step_through_kinks
+from drillrig_env.stepper.tables import RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
+
+__all__ = ["WORKSPACE", "advance"]
+
+_SAMPLE_UNITS = UNITS // SAMPLES
+_HALF, _QUARTER, _EIGHTH = SAMPLES // 2, SAMPLES // 4, SAMPLES // 8
+_STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS
+"""The longest steps that are taken in stick, and across kinks, where no sample may lie inside."""
+
+
+@compiled
+def advance(
+    y: FloatArray,
+    speed_reference: float,
+    static: float,
+    kinetic: float,
+    v_b: float,
+    omega_s: float,
+    rungs: Records,
+    sampling: Records,
+    work: Record,
+    sampled: bool,
+    stop: int,
+) -> None:
+    """Advance one rig over one period of held input, or its first `stop` of UNITS units, in place.
+
+    y                shape (8,): the 7 states less the frictionless equilibrium, and a pad
+    speed_reference  omega_ref, rad/s
+    static, kinetic  N_1 r_1 mu_s and N_1 r_1 mu_k, N m;  v_b in s/rad, omega_s in rad/s
+    rungs, sampling  the tables of a `Ladder`
+    work             a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
+                     (rad/s) and string torque (N m) are taken at equal distances, the last at the end
+    """
+    position, rung, kink = 0, 0, UNITS
+    while position < stop:
+        zone = zone_of(y[2] + speed_reference, omega_s)
+        if zone == 0:
+            rung = max(rung, _STICK_RUNG)
+        size = UNITS >> rung
+        if position % size != 0 or position + size > stop or (rung < _KINK_RUNG and position + size > kink):
+            rung += 1
+            continue
+        table, fine, last = rungs[rung], rung >= _KINK_RUNG, rung == RUNGS - 1
+        reach = solve_nodes(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, fine)
+        if reach == 1.0 or last:
+            if sampled and rung < SAMPLED_RUNGS:
+                _sample_step(y, speed_reference, sampling[rung], work, position // _SAMPLE_UNITS, rung)
+            take_step(y, table, work)
+            climb = 1
+        elif fine and step_through_kinks(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, reach):
+            climb = rung
+        else:
+            if reach > 0.0:
+                kink = position + int(reach * size)
+            rung += 1
+            continue
+        position += size
+        if sampled and rung >= SAMPLED_RUNGS and position % _SAMPLE_UNITS == 0:
+            _sample_state(y, speed_reference, sampling[0], work, position // _SAMPLE_UNITS - 1)
+        rung = max(rung - climb, 0)
+        if position > kink:
+            kink = UNITS
+
+
+@inlined
+def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, rung: int) -> None:
+    """Samples inside a solved step that is about to be taken, as entries `first` and on."""
+    if rung == 0:
+        _samples_of(y, speed_reference, table, work, first, SAMPLES)
+    elif rung == 1:
+        _samples_of(y, speed_reference, table, work, first, _HALF)
+    elif rung == 2:
+        _samples_of(y, speed_reference, table, work, first, _QUARTER)
+    else:
+        _samples_of(y, speed_reference, table, work, first, _EIGHTH)
+
+
+@inlined
+def _samples_of(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, count: int) -> None:
+    speeds, torques = work.speed_samples, work.torque_samples
+    evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, count)
+    evaluate(y, work, table.torque_from_state, table.torque_from_torque, 0.0, torques, first, count)
+
+
+@inlined
+def _sample_state(y: FloatArray, speed_reference: float, table: Record, work: Record, index: int) -> None:
+    """The sample of a state that lies on the grid, as entry `index`."""
+    torque = 0.0
+    for k in range(7):
+        torque += y[k] * table.torque_row[k]
+    work.speed_samples[index], work.torque_samples[index] = y[2] + speed_reference, torque

@@ -1,0 +1,161 @@
+"""Tables of the fast exact stepper: exponential collocation on a ladder of halved steps.
+
+The model (4-17) is linear but for one scalar, the friction torque T_r1(x_3), and its input is
+constant while omega_ref is held. With y = x - x_e, where x_e is the frictionless equilibrium at
+omega_ref, variation of constants is exact:
+
+    y(t + h) = exp(M h) y(t) + integral over s from 0 to h of exp(M (h - s)) b T_r1(x_3(t + s)) ds.
+
+T_r1 over a step is the polynomial through its values at four Radau nodes. Every integral is then a
+constant table, computed once for a rig and a step length from augmented matrix exponentials, and
+the stiff motor costs nothing. `drillrig_env.stepper.collocation` solves a step, `drillrig_env.stepper.kinks` leads it
+across the kinks of the friction law, and `drillrig_env.stepper.propagator` chooses the steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import factorial
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.linalg import expm
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.model import friction_input, frictionless_state, jacobian, string_torque
+from drillrig_env.parameters import refuse
+from drillrig_env.rig import Rig
+
+NODES = 4
+RUNGS = 18
+UNITS = 1 << (RUNGS - 1)
+"""Length of a period in units of the finest step; the rung r has steps of UNITS >> r units."""
+
+SAMPLES = 16
+"""Samples of bit speed and string torque taken inside a period, at equal distances."""
+
+LONGEST_PERIOD = 0.1
+"""Longest period (s) that the tolerances were established for."""
+
+TOLERANCE = 1e-6
+"""What the error of any speed (rad/s) stays below over 20 s, unless another tolerance is asked for."""
+
+_TOLERANCES = (1e-7, 1e-3)
+
+SAMPLED_RUNGS = 4
+"""The longest steps, of the rungs below this one, span several samples and have tables for them."""
+
+STATE = 8
+"""The 7 states and a pad, so that a row fills whole vector registers."""
+
+
+def _radau_nodes(count: int) -> FloatArray:
+    """The right Radau nodes on (0, 1], the last one being 1: roots of P_n - P_(n-1)."""
+    roots = np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0]).real)
+    roots[-1] = 1.0
+    return np.asarray((roots + 1.0) / 2.0)
+
+
+RADAU_NODES = _radau_nodes(NODES)
+POWERS_FROM_NODES = np.linalg.inv(np.vander(RADAU_NODES, increasing=True))
+"""Coefficients of 1, s, s^2, s^3 of the cubic through the node values, over a step of length 1."""
+
+RUNG = np.dtype(
+    [
+        ("node_from_state", "f8", (7, NODES)),
+        ("node_from_torque", "f8", (NODES, NODES)),
+        ("state_from_state", "f8", (7, STATE)),
+        ("state_from_torque", "f8", (NODES, STATE)),
+        ("rate_from_state", "f8", (7, STATE)),
+        ("rate_from_torque", "f8", STATE),
+        ("largest_defect", "f8"),  # N m, of a step that is taken
+        ("newton_tolerance", "f8"),  # N m
+    ],
+    align=True,
+)
+"""Tables of one step length. A rate is a change a step, so that time runs from 0 to 1 within one."""
+
+SAMPLING = np.dtype(
+    [
+        ("speed_from_state", "f8", (7, SAMPLES)),
+        ("speed_from_torque", "f8", (NODES, SAMPLES)),
+        ("torque_from_state", "f8", (7, SAMPLES)),
+        ("torque_from_torque", "f8", (NODES, SAMPLES)),
+        ("torque_row", "f8", 7),
+    ],
+    align=True,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """The tables of one rig for one period of held speed reference, and how accurately to use them.
+
+    `rungs` and `sampling` hold the tables, a record a rung; a frictionless equilibrium is
+    `shift[0] + shift[1] * omega_ref`.
+    """
+
+    rig: Rig
+    period: float
+    rungs: np.ndarray
+    sampling: np.ndarray
+    shift: FloatArray
+
+
+@lru_cache(maxsize=64)
+def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
+    """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
+
+    `tolerance` (rad/s) is what the error of any speed stays below over 20 s: 1e-7 to 1e-3. The bounds on
+    a step's errors that keep it there were found by trial, with a margin of 2 or more (see the tests).
+    Raises `ValueError` for a value that is not allowed.
+    """
+    low, high = _TOLERANCES
+    if not low <= tolerance <= high:
+        raise refuse("simulate", "tolerance", tolerance, "rad/s", f"{low} to {high}")
+    if not 0.0 < period <= LONGEST_PERIOD:
+        raise ValueError(f"ladder: period = {period} s is not allowed; allowed: > 0 and <= {LONGEST_PERIOD} s")
+    rungs = np.zeros(RUNGS, dtype=RUNG)
+    share = tolerance / TOLERANCE
+    rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5, share * 1e-9
+    sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
+    speed_row, torque_row = np.eye(7)[2], string_torque(rig, np.eye(7))
+    for r in range(RUNGS):
+        step = period / 2**r
+        from_state, from_torque = _variation_of_constants(rig, step, RADAU_NODES)
+        rungs[r]["node_from_state"] = from_state[:, 2, :].T
+        rungs[r]["node_from_torque"] = from_torque[:, 2, :]
+        rungs[r]["state_from_state"][:, :7] = from_state[-1].T
+        rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T
+        rungs[r]["rate_from_state"][:, :7] = jacobian(rig).T * step
+        rungs[r]["rate_from_torque"][:7] = friction_input(rig) * step
+        if r < SAMPLED_RUNGS:
+            count = SAMPLES >> r
+            from_state, from_torque = _variation_of_constants(rig, step, np.arange(1, count + 1) / count)
+            for name, row in (("speed", speed_row), ("torque", torque_row)):
+                sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
+                sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
+            sampling[r]["torque_row"] = torque_row
+    rest = frictionless_state(rig, 0.0)
+    shift = np.zeros((2, STATE))
+    shift[0, :7], shift[1, :7] = rest, frictionless_state(rig, 1.0) - rest
+    for table in (rungs, sampling, shift):
+        table.flags.writeable = False
+    return Ladder(rig, period, rungs, sampling, shift)
+
+
+def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """State at the fractions `times` of a step, from the state at its start and T_r1 at the nodes.
+
+    Returns arrays of shape (times, 7, 7) and (times, 7, NODES). The integrals against the powers of
+    s / step come out of one augmented matrix exponential a time; the inverse Vandermonde matrix of
+    the nodes turns them into integrals against the interpolating polynomial.
+    """
+    augmented = np.zeros((7 + NODES, 7 + NODES))
+    augmented[:7, :7] = jacobian(rig) * step
+    augmented[:7, 7] = friction_input(rig) * step
+    augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
+    exponentials = expm(augmented * times[:, None, None])
+    powers = exponentials[:, :7, 7:] * [factorial(k) for k in range(NODES)]
+    return exponentials[:, :7, :7], powers @ POWERS_FROM_NODES

@@ -1,0 +1,48 @@
+"""What counts as stick-slip, as calm and as mitigated: the one definition that every score uses.
+
+The stick-slip index of the bit speed over a window is SSI = (max - min) / (2 mean); 1 is full
+stick-slip. The factor 2 is part of the definition.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.jit.compiled import compiled
+
+CALM_INDEX = 0.1
+"""Calm is a stick-slip index below this..."""
+
+LEAST_MEAN = 0.05
+"""...at a mean bit speed (rad/s) above this: standing still is not calm."""
+
+TRACKING_TOLERANCE = 0.05
+"""Mitigated is calm, with the mean bit speed within this share of the target."""
+
+WINDOW = 10.0
+"""The end of an episode (s) over which calm and mitigated are judged."""
+
+STUCK_SPEED = 0.01
+"""The bit counts as stuck below this speed (rad/s)."""
+
+
+def stick_slip_index(lowest: Quantity, highest: Quantity, mean: Quantity) -> FloatArray:
+    """SSI of windows from their lowest, highest and mean bit speed (rad/s); infinite where the mean is not positive."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        index = (np.asarray(highest) - lowest) / (2.0 * np.asarray(mean))
+    return np.where(np.asarray(mean) > 0.0, index, np.inf)
+
+
+@compiled
+def is_calm(lowest: Any, highest: Any, mean: Any) -> Any:
+    """Whether windows of bit speed are calm, SSI < CALM_INDEX; numbers or arrays."""
+    return (highest - lowest < CALM_INDEX * 2.0 * mean) & (mean > LEAST_MEAN)
+
+
+@compiled
+def is_mitigated(lowest: Any, highest: Any, mean: Any, target: Any) -> Any:
+    """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays."""
+    return is_calm(lowest, highest, mean) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)
