@@ -30,7 +30,7 @@ import baselines
 import drillrig_env
 from agents.contestants import find_field
 from drillrig_env.evaluation import histories as histories_of
-from drillrig_env.evaluation.contest import Failure, check_same, config_of, face
+from drillrig_env.evaluation.contest import Failure, check_same, config_of, run_contest
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.report import print_suite
@@ -49,7 +49,7 @@ class MyPolicy(Baseline):
     channels = ("speed_reference", "speed_target", "twist_23")
     memory = 1  # the running mean of the torque
 
-    def desired_reference(self, seen, told, memory):
+    def desired_reference(self, seen, privileged, memory):
         torque = -self.rig.k_2 * seen["twist_23"]
         memory[:, 0] += 0.05 * (torque - memory[:, 0])
         return seen["speed_target"] - 8.0 * (torque - memory[:, 0])
@@ -102,7 +102,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         for one in suites:
             with _progress() as bar:
                 task = bar.add_task(one.name)
-                failed = face(one, contestants, results, histories, chosen.output, partial(_show, bar, task, one))
+                failed = run_contest(
+                    one, contestants, results, histories, chosen.output, partial(_show, bar, task, one)
+                )
             _print(failed)
             failures += failed
             if one.name in results.scores:

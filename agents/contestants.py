@@ -92,9 +92,9 @@ def _from_class(label: str, policy: type, env: Mapping[str, Any], about: Mapping
         for key, value in vars(made).items()
         if isinstance(value, int | float | str) and not key.startswith("_") and key != "slew_limit"
     }
-    told = tuple(getattr(made, "told", ()))
+    privileged = tuple(getattr(made, "privileged", ()))
     gains = getattr(made, "drive_gains", None)
-    return Contestant(label, {"": make}, env, told, gains, {**about, "parameters": numbers})
+    return Contestant(label, {"": make}, env, privileged, gains, {**about, "parameters": numbers})
 
 
 def _from_runs(name: str, label: str, env_id: str) -> Contestant:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from agents.policy.agent import Agent
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import play
@@ -28,16 +28,16 @@ def endurance(agent: Agent, rigs: int = 200, times: Sequence[float] = TIMES) -> 
     The rigs are the first ones of the suite `default`, each under the agent from stick-slip on without a break.
     """
     arguments = {**agent.environment, "duration": max(times), "scenario": "default"}
-    core = RigBatch(rigs, **arguments)
+    core = EpisodeBatch(rigs, **arguments)
     core.reset(np.arange(rigs), first_uniforms(EVALUATION_SEEDS, rigs), STICKING)
     window = round(WINDOW / CONTROL_PERIOD)
     traces = np.zeros((3, window, rigs))
     found = {}
     for step in play(agent, core):
-        traces[:, step % window] = [core.rigs[name] for name in ("lowest", "highest", "average")]
+        traces[:, step % window] = [core.episodes[name] for name in ("lowest", "highest", "average")]
         for time in times:
             if step + 1 == round(time / CONTROL_PERIOD):
                 lowest, highest, mean = traces[0].min(axis=0), traces[1].max(axis=0), traces[2].mean(axis=0)
-                held = is_mitigated(lowest, highest, mean, core.rigs["speed_target"])
+                held = is_mitigated(lowest, highest, mean, core.episodes["speed_target"])
                 found[f"{time:g}"] = float(np.mean(held))
     return found

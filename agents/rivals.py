@@ -54,7 +54,7 @@ def _of(name: str, env_id: str, results: Results, agents: set[str]) -> list[str]
                 group = {
                     policy: row[heading]
                     for policy, row in rivals.items()
-                    if bool(results.told.get(policy)) == told and row[heading].count
+                    if bool(results.privileged.get(policy)) == told and row[heading].count
                 }
                 line = _compared(suite, _COLUMNS[heading], own[heading], group, "*" if told else "")
                 rows += [line] if line else []

@@ -1,6 +1,6 @@
 """Policies from the physics, each with Stable-Baselines3's `predict`.
 
-Each works from what the sensors show; one that must be told more says so in `told`.
+Each works from what the sensors show; one that must be told more says so in `privileged`.
 """
 
 from __future__ import annotations

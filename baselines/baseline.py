@@ -23,7 +23,7 @@ class Baseline(ABC):
 
     - `channels`: always read;
     - `any_of`: alternatives, each a tuple of channels, of which the sensors must show one in full;
-    - `told`: entries of `info` that must be handed over by `tell(info)` before each `predict`;
+    - `privileged`: entries of `info` that must be handed over by `tell(info)` before each `predict`;
     - `memory`: numbers a rig that are kept from one call to the next;
     - `tuned`: arguments of the constructor that `python -m baselines.tune` searches, with their bounds;
     - `tuned_values`: what it found for them, by the sensors that it was run with;
@@ -34,7 +34,7 @@ class Baseline(ABC):
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = ()
-    told: ClassVar[tuple[str, ...]] = ()
+    privileged: ClassVar[tuple[str, ...]] = ()
     memory: ClassVar[int] = 0
     tuned: ClassVar[dict[str, tuple[float, float]]] = {}
     tuned_values: ClassVar[dict[str, dict[str, float]]] = {}
@@ -46,7 +46,7 @@ class Baseline(ABC):
         self.sensors = Sensors.named(sensors)
         self.rig = rig or Rig()
         self.slew_limit = slew_limit
-        self._told: dict[str, FloatArray] = {}
+        self._privileged_values: dict[str, FloatArray] = {}
         lacking = self._lacking(self.sensors)
         if lacking:
             would_do = [name for name, offered in SENSORS.items() if not self._lacking(offered)]
@@ -83,7 +83,7 @@ class Baseline(ABC):
 
     def tell(self, info: Mapping[str, Any]) -> None:
         """Take from an environment's `info` what this policy is told; one entry a rig, or numbers."""
-        self._told = {name: np.atleast_1d(np.asarray(info[name], dtype=float)) for name in self.told}
+        self._privileged_values = {name: np.atleast_1d(np.asarray(info[name], dtype=float)) for name in self.privileged}
 
     def predict(
         self,
@@ -102,18 +102,20 @@ class Baseline(ABC):
         if episode_start is not None:
             memory[np.asarray(episode_start, dtype=bool)] = 0.0
         seen = self.sensors.values(batch)
-        if self.told and not self._told:
-            raise RuntimeError(f"{type(self).__name__} is told {', '.join(self.told)}: call tell(info) before predict")
-        desired = self.desired_reference(seen, self._told, memory)
+        if self.privileged and not self._privileged_values:
+            raise RuntimeError(
+                f"{type(self).__name__} is told {', '.join(self.privileged)}: call tell(info) before predict"
+            )
+        desired = self.desired_reference(seen, self._privileged_values, memory)
         actions = rate_action(desired, seen["speed_reference"], self.slew_limit)
         return (actions if np.ndim(observation) == 2 else actions[0]), (memory,)
 
     @abstractmethod
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The wanted speed reference, rad/s, shape (n,).
 
-        `seen` and `told` hold physical values by name, shape (n,); `memory` of shape (n, memory) is
+        `seen` and `privileged` hold physical values by name, shape (n,); `memory` of shape (n, memory) is
         zero when an episode begins and is changed in place.
         """

@@ -12,7 +12,7 @@ class Constant(Baseline):
     """omega_ref = omega*. What a drive does that nobody touches; frees a rig only past its fold."""
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The target itself."""
         return seen["speed_target"]

@@ -52,7 +52,7 @@ class FeedForwardStart(Baseline):
 
     channels = ("speed_reference", "speed_target", "top_speed")
     any_of = (("string_torque",), ("twist_23", "collar_speed"))
-    told = ("normal_force", "mu_s", "mu_k", "v_b")
+    privileged = ("normal_force", "mu_s", "mu_k", "v_b")
     memory = 7  # phase; steps in it; torque and top speed, smoothed; mean square deviation; both as the start begins
 
     tuned: ClassVar[dict[str, tuple[float, float]]] = {
@@ -88,10 +88,10 @@ class FeedForwardStart(Baseline):
         self._stiffness = self.rig.k_1 * self.rig.k_2 / (self.rig.k_1 + self.rig.k_2)
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """Zero, the plan, or the speed to hold, by phase."""
-        friction = Friction(**told)
+        friction = Friction(**privileged)
         stable = np.asarray(critical_speed(self.rig, friction))
         floor = np.minimum(np.maximum(seen["speed_target"], stable + self.margin), LARGEST_REFERENCE)
         self._watch(seen, friction, memory)

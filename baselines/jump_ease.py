@@ -45,7 +45,7 @@ class JumpEase(Baseline):
     """
 
     any_of: ClassVar[tuple[tuple[str, ...], ...]] = (("bit_speed", "top_speed"), *TORQUE_SHOWN)
-    told: ClassVar[tuple[str, ...]] = ("normal_force", "mu_s", "mu_k", "v_b")
+    privileged: ClassVar[tuple[str, ...]] = ("normal_force", "mu_s", "mu_k", "v_b")
     memory = 2 + MEMORY + OSCILLATION_MEMORY  # mean square twist rate; 1 while easing; the torque's oscillation
 
     def __init__(
@@ -67,10 +67,10 @@ class JumpEase(Baseline):
         self.of_basin = of_basin
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The law for the friction that it is told."""
-        friction = Friction(**told)
+        friction = Friction(**privileged)
         return self._follow(seen, friction, np.asarray(fold_speed(self.rig, friction)), memory)
 
     def _follow(

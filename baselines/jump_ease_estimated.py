@@ -46,7 +46,7 @@ class JumpEaseEstimated(JumpEase):
         "bit_speed_mean",
     )
     any_of = ()
-    told = ()
+    privileged = ()
     memory = 5  # JumpEase's two; break-loose torque; steady torque, and the speed that it was seen at
 
     def __init__(
@@ -60,7 +60,7 @@ class JumpEaseEstimated(JumpEase):
         self.spread = spread
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The law of JumpEase: past the highest fold that the estimates allow, down to the likeliest critical speed."""
         self._watch(seen, memory)

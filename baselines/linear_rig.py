@@ -23,7 +23,7 @@ from scipy.linalg import expm, solve_discrete_are
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.model import STATE_NAMES, friction_input, frictionless_state, jacobian, string_torque
+from drillrig_env.model import STATE_NAMES, friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.rig import Rig
 
 LEVEL, FLUCTUATION, MEAN_TORQUE, SIZE = 7, 8, 9, 10
@@ -51,7 +51,7 @@ class LinearRig:
         rates[:7, :7] = jacobian(self.rig, -self.slope)
         rates[:7, LEVEL] = rates[:7, FLUCTUATION] = friction_input(self.rig)
         rates[FLUCTUATION, FLUCTUATION] = -1.0 / self.forgotten
-        rates[MEAN_TORQUE, :7] = string_torque(self.rig, np.eye(7)) / CONTROL_PERIOD
+        rates[MEAN_TORQUE, :7] = torque_into_string(self.rig, np.eye(7)) / CONTROL_PERIOD
         rates[:7, SIZE] = -jacobian(self.rig) @ self.per_speed
         sampled = expm(rates * CONTROL_PERIOD)
         transition = sampled[:SIZE, :SIZE].copy()
@@ -91,7 +91,7 @@ class LinearRig:
         if channel == "voltage":
             return np.asarray(self.rig.k_i * x[..., 6])
         if channel == "string_torque":
-            return string_torque(self.rig, x)
+            return torque_into_string(self.rig, x)
         return np.asarray(x[..., STATE_NAMES.index(channel)])
 
     def filter_gain(self, channels: tuple[str, ...], noise: FloatArray, level: float, fluctuation: float) -> FloatArray:

@@ -143,7 +143,7 @@ class LQG(Baseline):
         self._first = gain_of(spread, self._rows, np.diag(noise**2))
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The reference so far and the change that the feedback asks for."""
         set_point = seen["speed_target"] + memory[:, _OFFSET]

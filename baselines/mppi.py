@@ -14,8 +14,8 @@ import numpy as np
 from baselines.baseline import Baseline
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.core import RigBatch
-from drillrig_env.env.kernel import CONTROL_PERIOD, RIG, SLEW_LIMIT
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import Friction
@@ -79,7 +79,7 @@ class MPPI(Baseline):
         "bit_speed_mean",
         "bit_speed_deviation",
     )
-    told: ClassVar[tuple[str, ...]] = ("normal_force", "mu_s", "mu_k", "v_b")
+    privileged: ClassVar[tuple[str, ...]] = ("normal_force", "mu_s", "mu_k", "v_b")
     memory = KNOTS + 1 + LONGEST_DELAY  # the plan, the control steps done, and the references before the present one
     slow: ClassVar[bool] = True
 
@@ -105,7 +105,7 @@ class MPPI(Baseline):
         self.threads = threads
         self.feedback = SetPointFeedback(self.rig, effort)
         self._noises = _coloured(np.random.default_rng(seed), samples, spread)
-        self._core: RigBatch | None = None
+        self._core: EpisodeBatch | None = None
         self._delay = np.zeros(1, dtype=int)
 
     def tell(self, info: Mapping[str, Any]) -> None:
@@ -114,10 +114,10 @@ class MPPI(Baseline):
         self._delay = np.atleast_1d(np.asarray(info.get("delay", 0), dtype=int))
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """Plan where it is time to, and follow the plan with the feedback."""
-        rigs = self._records(seen, told)
+        rigs = self._records(seen, privileged)
         age = memory[:, KNOTS].astype(int)
         past = memory[:, KNOTS + 1 :]  # the last one first
         rigs = self._brought_up_to_date(rigs, past, np.minimum(self._delay, age))
@@ -133,16 +133,16 @@ class MPPI(Baseline):
         row = ends[:, 0, 0] + share * (ends[:, 0, 1] - ends[:, 0, 0])
         return rigs["speed_reference"] + wanted_change(row, rigs["state"], rigs["speed_reference"])
 
-    def _records(self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray]) -> np.ndarray:
+    def _records(self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray]) -> np.ndarray:
         """Records of the batch core, shape (n,), from what is seen and told."""
-        rigs = np.zeros(len(seen["speed_target"]), dtype=RIG)
+        rigs = np.zeros(len(seen["speed_target"]), dtype=EPISODE)
         for i, name in enumerate(STATE_NAMES):
             rigs["state"][:, i] = seen[name]
         for name in ("speed_reference", "speed_target"):
             rigs[name] = seen[name]
         rigs["mean"], rigs["variance"] = seen["bit_speed_mean"], seen["bit_speed_deviation"] ** 2
-        for name in self.told:
-            rigs[name] = told[name]
+        for name in self.privileged:
+            rigs[name] = privileged[name]
         rigs["load_times"] = np.inf
         return rigs
 
@@ -151,13 +151,13 @@ class MPPI(Baseline):
         references = np.column_stack([rigs["speed_reference"], past])  # the column k is that of k steps ago
         for ago in range(int(late.max()), 0, -1):
             some = np.flatnonzero(late >= ago)
-            core = RigBatch(len(some), self.rig, slew_limit=self.slew_limit, threads=self.threads)
-            core.rigs[:] = rigs[some]
-            core.rigs["speed_reference"] = references[some, ago]
+            core = EpisodeBatch(len(some), self.rig, slew_limit=self.slew_limit, threads=self.threads)
+            core.episodes[:] = rigs[some]
+            core.episodes["speed_reference"] = references[some, ago]
             change = references[some, ago - 1] - references[some, ago]
             core.step((change / (self.slew_limit * CONTROL_PERIOD)).astype(np.float32)[:, None])
-            core.rigs["step"] = 0
-            rigs[some] = core.rigs
+            core.episodes["step"] = 0
+            rigs[some] = core.episodes
         rigs["speed_reference"] = references[:, 0]
         return rigs
 
@@ -182,28 +182,28 @@ class MPPI(Baseline):
         core = self._core
         if core is None or len(core) != plans[..., 0].size:
             duration = HORIZON * CONTROL_PERIOD
-            core = RigBatch(
+            core = EpisodeBatch(
                 plans[..., 0].size, self.rig, slew_limit=self.slew_limit, duration=duration, threads=self.threads
             )
             self._core = core
-        core.rigs[:] = np.repeat(rigs, count)
-        target, slew = core.rigs["speed_target"].copy(), self.slew_limit * CONTROL_PERIOD
+        core.episodes[:] = np.repeat(rigs, count)
+        target, slew = core.episodes["speed_target"].copy(), self.slew_limit * CONTROL_PERIOD
         cost = np.zeros(len(core))
         following = self._feedback(rigs, plans[:, :, :1]).reshape(-1, SIZE + 1)
         for knot in range(1, KNOTS):
             row, following = following, self._feedback(rigs, plans[:, :, knot : knot + 1]).reshape(-1, SIZE + 1)
             step = (following - row) / INTERVAL
             for _ in range(INTERVAL):
-                change = wanted_change(row, core.rigs["state"], core.rigs["speed_reference"])
+                change = wanted_change(row, core.episodes["state"], core.episodes["speed_reference"])
                 core.step((change / slew).astype(np.float32)[:, None])
-                cost += np.log(np.maximum(core.rigs["average"] / target, _FLOOR)) ** 2
+                cost += np.log(np.maximum(core.episodes["average"] / target, _FLOOR)) ** 2
                 row = row + step
         return cost.reshape(-1, count)
 
     def _feedback(self, rigs: np.ndarray, plans: FloatArray) -> FloatArray:
         """The feedback at the knots of plans of shape (n, ...); shape (n, ..., SIZE + 1)."""
         each = (slice(None), *(None for _ in plans.shape[1:]))
-        friction = Friction(*(rigs[name][each] for name in self.told))
+        friction = Friction(*(rigs[name][each] for name in self.privileged))
         return self.feedback.at(friction, rigs["speed_target"][each] * np.exp(plans))
 
 

@@ -61,7 +61,7 @@ class SoftTorque(Baseline):
         return (self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque, self.integral * volts_per_torque, 1.0
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The target itself: the drive does the rest."""
         return seen["speed_target"]

@@ -75,7 +75,7 @@ class SpeedPulse(Baseline):
         check_filters("SpeedPulse", _MEAN_TIME, self.follow)
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The target, and on top of it the pulse that is under way."""
         frequency = self.rig.string_frequencies[0]

@@ -82,7 +82,7 @@ class ZTorque(Baseline):
         check_filters("ZTorque", self.time_constant, self.follow)
 
     def desired_reference(
-        self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The target, less what the torque asks the top to give way, plus the lift."""
         deviation = torque_deviation(self.rig, seen, memory[:, :MEMORY], self.time_constant)

@@ -25,7 +25,7 @@ from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments, make_environment
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.train import Training, checked_config, train
-from agents.training.validation_rigs import practise
+from agents.training.validation_rigs import validate
 from benchmarks.measure import in_new_process
 from benchmarks.shares import Watch, seconds_of_a_reading, watched
 from drillrig_env.jit.threads import available_threads
@@ -111,7 +111,7 @@ def timed_training(run: Run, folder: Path) -> dict[str, Any]:
     arguments = environment_arguments(RIG, {**config["env_kwargs"], "threads": run.cores})
 
     def mitigated_share(model: BaseAlgorithm) -> float:
-        return float(practise(Agent(model, config), arguments, RIGS).mitigated.mean())
+        return float(validate(Agent(model, config), arguments, RIGS).mitigated.mean())
 
     watch = Watch(
         run.chunk_steps,

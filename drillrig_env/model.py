@@ -157,7 +157,7 @@ def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
     return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
 
 
-def string_torque(rig: Rig, state: FloatArray) -> FloatArray:
+def torque_into_string(rig: Rig, state: FloatArray) -> FloatArray:
     """Torque that the drive delivers into the string, -(k_2 x_2 + d_2 (x_4 - x_5)), in N m; shape (...)."""
     x = np.asarray(state)
     return np.asarray(-(rig.k_2 * x[..., 1] + rig.d_2 * (x[..., 3] - x[..., 4])))

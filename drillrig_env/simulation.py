@@ -13,7 +13,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
-from drillrig_env.model import STATE_NAMES, check_state, string_torque
+from drillrig_env.model import STATE_NAMES, check_state, torque_into_string
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig
@@ -88,9 +88,9 @@ class Simulation:
         return np.asarray(self.rig.k_p * error + self.rig.k_i * self.speed_error_integral)
 
     @property
-    def string_torque(self) -> FloatArray:
+    def torque_into_string(self) -> FloatArray:
         """Torque that the drive delivers into the string, N m."""
-        return string_torque(self.rig, self.state)
+        return torque_into_string(self.rig, self.state)
 
     @property
     def friction_torque(self) -> FloatArray:
@@ -101,7 +101,7 @@ class Simulation:
         """Every signal by name, arrays of one length: ready for `pandas.DataFrame` or `numpy.savez`."""
         named = {name: self._named(name) for name in STATE_NAMES}
         inputs = {"speed_reference": self.speed_reference, "normal_force": self.normal_force}
-        derived = {name: getattr(self, name) for name in ("voltage", "string_torque", "friction_torque")}
+        derived = {name: getattr(self, name) for name in ("voltage", "torque_into_string", "friction_torque")}
         return {"time": self.time, **named, **inputs, **derived}
 
 

@@ -28,7 +28,7 @@ def test_result_has_named_signals_of_one_length():
     for column, name in enumerate(STATE_NAMES):
         np.testing.assert_array_equal(getattr(run, name), run.state[:, column])
     assert {len(signal) for signal in run.signals().values()} == {5}
-    assert {"time", "bit_speed", "current", "voltage", "string_torque", "friction_torque"} <= set(run.signals())
+    assert {"time", "bit_speed", "current", "voltage", "torque_into_string", "friction_torque"} <= set(run.signals())
 
 
 def test_derived_signals_satisfy_the_state_equations():

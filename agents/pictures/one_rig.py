@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 import baselines
 from agents.policy.run_folder import TRAINED, load_policy
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.histories import typical_rigs
@@ -49,11 +49,11 @@ class TypicalRig:
 def typical_rig() -> TypicalRig:
     """Of the rigs of `default` below their critical speed, the one of median hardness."""
     suite = default_suite()
-    core = RigBatch(suite.rigs, scenario=suite.scenario)
+    core = EpisodeBatch(suite.rigs, scenario=suite.scenario)
     options = {**STICKING, "start": "steady"}  # no start needs to be run to know the rigs
     core.reset(np.arange(suite.rigs), first_uniforms(suite.first_seed, suite.rigs), options)
-    friction = Friction(*(core.rigs[name] for name in _CONTACT))
-    rigs = describe(core.rig, friction, core.rigs["speed_target"])
+    friction = Friction(*(core.episodes[name] for name in _CONTACT))
+    rigs = describe(core.rig, friction, core.episodes["speed_target"])
     place = typical_rigs(rigs)["below"]
     own = {name: float(values[place]) for name, values in rigs.items() if name != "region"}
     contact = Friction(*(own[name] for name in _CONTACT))
@@ -75,10 +75,10 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
         _speeds(panels[0, column], episodes, typical)
         _torque(panels[1, column], episodes)
         highest = max(highest, float(episodes.highest.max()))
-        told = " *" if getattr(policy, "told", ()) else ""
+        privileged = " *" if getattr(policy, "privileged", ()) else ""
         calm = float(time_to_calm(episodes)[0])
         over = "not calm" if calm >= episodes.lowest.shape[1] * CONTROL_PERIOD else f"calm at {calm:.1f} s"
-        panels[0, column].set_title(f"{name}{told}")
+        panels[0, column].set_title(f"{name}{privileged}")
         panels[0, column].text(0.97, 0.97, over, ha="right", va="top", transform=panels[0, column].transAxes)
     panels[0, 0].set_ylim(-0.3, 1.15 * highest)
     panels[0, 0].set_ylabel("speed, rad/s")
@@ -105,7 +105,7 @@ def _speeds(panel: Axes, episodes: Episodes, typical: TypicalRig) -> None:
 
 def _torque(panel: Axes, episodes: Episodes) -> None:
     time = _times(episodes)
-    panel.plot(time, episodes.string_torque[0, : len(time)], color=PURPLE)
+    panel.plot(time, episodes.torque_into_string[0, : len(time)], color=PURPLE)
     panel.set_xlabel(TIME)
     panel.set_xticks([0, 20, 40])
 

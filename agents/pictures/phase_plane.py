@@ -13,7 +13,7 @@ import baselines
 from agents.pictures.one_rig import TypicalRig, typical_rig
 from agents.policy.run_folder import TRAINED, load_policy
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import LIMIT, Sensors
@@ -80,7 +80,7 @@ def rates_on_plane(
     """
     core = _begin(typical, "steady", arguments)
     steady = {name: float(value[0]) for name, value in core.sensors.values(core.observations).items()}
-    steady_twist = float(core.rigs["state"][0, 0] + core.rigs["state"][0, 1])
+    steady_twist = float(core.episodes["state"][0, 0] + core.episodes["state"][0, 1])
     twists = steady_twist + np.linspace(-_WIDE, _WIDE, _POINTS)
     speeds = np.linspace(0.0, 2.5 * typical.speed_target, _POINTS)
     twist, speed = (grid.ravel() for grid in np.meshgrid(twists, speeds))
@@ -108,7 +108,7 @@ def stick_slip_cycle(typical: TypicalRig) -> tuple[FloatArray, FloatArray]:
     core = _begin(typical, "stick_slip", {})
     states = []
     for _ in range(_CYCLES):
-        states.append(core.rigs["state"][0].copy())
+        states.append(core.episodes["state"][0].copy())
         core.step(np.zeros((1, 1), dtype=np.float32))
     path = np.array(states)
     stuck = path[:, 2] < STUCK_SPEED
@@ -117,9 +117,9 @@ def stick_slip_cycle(typical: TypicalRig) -> tuple[FloatArray, FloatArray]:
     return path[:, 0] + path[:, 1], path[:, 2]
 
 
-def _begin(typical: TypicalRig, start: str, arguments: Mapping[str, Any]) -> RigBatch:
+def _begin(typical: TypicalRig, start: str, arguments: Mapping[str, Any]) -> EpisodeBatch:
     """The rig alone at the beginning of an episode."""
-    core = RigBatch(1, **arguments)
+    core = EpisodeBatch(1, **arguments)
     options: dict[str, Any] = {**STICKING, "start": start, "speed_target": typical.speed_target}
     options |= {name: getattr(typical.friction, name) for name in ("normal_force", "mu_s", "mu_k", "v_b")}
     core.reset(np.arange(1), first_uniforms(0, 1), options)

@@ -35,7 +35,7 @@ class AbsoluteAction(VecEnvWrapper):
     def step_async(self, actions: np.ndarray) -> None:
         """Turn the actions, shape (num_envs, 1), into rates and pass them on."""
         core = batch_of(self.venv).core
-        rates = rates_of(actions, core.rigs["speed_reference"], core.rigs["speed_target"], core.slew_limit)
+        rates = rates_of(actions, core.episodes["speed_reference"], core.episodes["speed_target"], core.slew_limit)
         self.venv.step_async(rates)
 
     def reset(self) -> VecEnvObs:

@@ -10,20 +10,20 @@ from typing import Any
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 import drillrig_env
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.sb3 import DrillRigVecEnv
 from drillrig_env.parameters import closest
 
 
 def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[str, Any]:
-    """All arguments that `RigBatch` needs for an environment: those of its id, with `env_kwargs` put in.
+    """All arguments that `EpisodeBatch` needs for an environment: those of its id, with `env_kwargs` put in.
 
     Raises `ValueError` for an unknown environment, argument or field of the reward, with the closest known name.
     """
     if env_id not in drillrig_env.ENVIRONMENTS:
         raise ValueError(f"environment {env_id!r} is not known; {closest(env_id, drillrig_env.ENVIRONMENTS)}")
-    known = [name for name in inspect.signature(RigBatch).parameters if name != "num_rigs"]
+    known = [name for name in inspect.signature(EpisodeBatch).parameters if name != "num_rigs"]
     _refuse_unknown(f"{env_id}: unknown argument", env_kwargs, known)
     reward = env_kwargs.get("reward")
     if isinstance(reward, Mapping):

@@ -20,8 +20,8 @@ import numpy as np
 
 from agents.policy.agent import Agent
 from agents.policy.run_folder import find_run, load_policy, shipped
-from agents.training.validation_rigs import PRACTICE_SEEDS
-from drillrig_env.env.core import RigBatch
+from agents.training.validation_rigs import VALIDATION_SEEDS
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 
 TOLERANCE = 1e-5
@@ -97,8 +97,8 @@ def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
     import onnxruntime
 
     session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
-    core = RigBatch(episodes, **agent.environment)
-    core.reset(np.arange(episodes), first_uniforms(PRACTICE_SEEDS, episodes))
+    core = EpisodeBatch(episodes, **agent.environment)
+    core.reset(np.arange(episodes), first_uniforms(VALIDATION_SEEDS, episodes))
     memory = {
         item.name: np.zeros((episodes, item.shape[1]), np.float32)
         for item in session.get_inputs()

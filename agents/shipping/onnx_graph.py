@@ -19,7 +19,7 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from agents.policy.agent import Agent
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.sensors import LIMIT, Channel
 
@@ -73,7 +73,7 @@ def build(agent: Agent) -> onnx.ModelProto:
         hidden = _layer(graph, layer, hidden)
     ends = [graph.constant(end, np.float32) for end in (-1.0, 1.0)]
     action = graph.add("Clip", hidden, *ends)
-    slew_limit = RigBatch(1, **agent.environment).slew_limit
+    slew_limit = EpisodeBatch(1, **agent.environment).slew_limit
     graph.add("Mul", action, graph.constant(slew_limit, np.float32), output=OUTPUT)
     made = helper.make_graph(graph.nodes, "drillrig_agent", inputs, outputs, graph.constants)
     model = helper.make_model(made, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_IR_VERSION)

@@ -43,7 +43,7 @@ from agents.policy.run_folder import (
 from agents.shipping.card import write_card
 from agents.training.progress import read_progress
 from drillrig_env.evaluation import histories as histories_of
-from drillrig_env.evaluation.contest import check_same, config_of, face
+from drillrig_env.evaluation.contest import check_same, config_of, run_contest
 from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
@@ -159,7 +159,7 @@ def _evaluate(
     with Progress(*columns, transient=True) as bar:
         for one in chosen:
             task = bar.add_task(one.name)
-            failures = face(one, [contestant], results, histories, folder, partial(_show, bar, task))
+            failures = run_contest(one, [contestant], results, histories, folder, partial(_show, bar, task))
             if failures:
                 raise ValueError(str(failures[0]))
     return results

@@ -18,7 +18,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from agents.policy.agent import Agent
 from agents.policy.run_folder import BEST_MODEL, CHECKPOINT, EVALUATIONS
 from agents.training.checkpoint import save_checkpoint
-from agents.training.validation_rigs import practise
+from agents.training.validation_rigs import validate
 
 
 class Stopped(Exception):  # noqa: N818  # no error: it was asked for
@@ -28,7 +28,7 @@ class Stopped(Exception):  # noqa: N818  # no error: it was asked for
 class Evaluate(BaseCallback):
     """Evaluate every `every` steps and at the end; write `evaluations.npz` and keep the best model.
 
-    `config` is the run's, `arguments` are those of `RigBatch`. The best model has the largest mitigated
+    `config` is the run's, `arguments` are those of `EpisodeBatch`. The best model has the largest mitigated
     share, and among equals the highest mean return. Evaluations in the folder are kept up to the step
     with which this training begins.
     """
@@ -64,15 +64,15 @@ class Evaluate(BaseCallback):
         return True
 
     def _evaluate(self) -> None:
-        practice = practise(Agent(self.model, self.config), self.arguments, self.rigs)
-        rank = (float(practice.mitigated.mean()), float(practice.returns.mean()))
+        validation = validate(Agent(self.model, self.config), self.arguments, self.rigs)
+        rank = (float(validation.mitigated.mean()), float(validation.returns.mean()))
         earlier = zip(self.history["mitigated"], self.history["results"], strict=True)
         if all(rank > (float(m.mean()), float(r.mean())) for m, r in earlier):
             self.model.save(self.folder / BEST_MODEL)
         self.history["timesteps"].append(self.num_timesteps)
-        self.history["results"].append(practice.returns)
-        self.history["mitigated"].append(practice.mitigated)
-        self.history["ep_lengths"].append(np.full(self.rigs, practice.steps))
+        self.history["results"].append(validation.returns)
+        self.history["mitigated"].append(validation.mitigated)
+        self.history["ep_lengths"].append(np.full(self.rigs, validation.steps))
         arrays: dict[str, Any] = {name: np.array(rows) for name, rows in self.history.items()}
         np.savez(self.folder / EVALUATIONS, **arrays)
         self.logger.record("eval/mitigated", rank[0])

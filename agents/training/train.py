@@ -19,7 +19,7 @@ from agents.training.callbacks import Checkpoint, Evaluate, Stopped
 from agents.training.checkpoint import load_checkpoint
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class, hyperparameters
 from agents.training.progress import ShowProgress
-from agents.training.validation_rigs import PRACTICE_SEEDS
+from agents.training.validation_rigs import VALIDATION_SEEDS
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.parameters import refuse
 
@@ -97,7 +97,7 @@ def checked_config(training: Training) -> dict[str, Any]:
     chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file)
     env_kwargs = {**chosen.get("env_kwargs", {}), **training.env_kwargs}
     environment_arguments(training.env_id, env_kwargs)
-    last = PRACTICE_SEEDS - chosen["n_envs"] - 1
+    last = VALIDATION_SEEDS - chosen["n_envs"] - 1
     if not 0 <= training.seed <= last:
         raise refuse("train", "seed", training.seed, "", f"0 to {last}")
     part = max(1, chosen["n_timesteps"] // _PARTS)

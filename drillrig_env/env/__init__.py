@@ -1,1 +1,1 @@
-"""The Gymnasium environment `DrillRig-v0`: one batch core with three thin faces."""
+"""The Gymnasium environment `DrillRig-v0`: one batch core with three thin variants."""

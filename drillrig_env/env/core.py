@@ -1,4 +1,4 @@
-"""The batch core: reset some rigs, step all rigs. The three faces of the environment stand on it."""
+"""The batch core: reset some rigs, step all rigs. The three variants of the environment stand on it."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import (
     CONTROL_PERIOD,
-    RIG,
+    EPISODE,
     SETTINGS,
     SETTLING_STEPS,
     SLEW_LIMIT,
-    observe_rigs,
-    settle_rigs,
-    step_rigs,
+    observe_episodes,
+    settle_episodes,
+    step_episodes,
 )
 from drillrig_env.env.reward import TERMS, Reward
 from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, Draws, Scenario, check_pins
@@ -27,7 +27,7 @@ from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQU
 from drillrig_env.friction import Friction
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
-from drillrig_env.model import frictionless_state, steady_state, string_torque, wound_up
+from drillrig_env.model import frictionless_state, steady_state, torque_into_string, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.tables import SAMPLES, ladder
@@ -37,10 +37,10 @@ Observations = npt.NDArray[np.float32]
 _ALL = slice(None)
 
 
-class RigBatch:
+class EpisodeBatch:
     """`num_rigs` rigs in their episodes: the rules of `DrillRig-v0`, in one place.
 
-    `rigs` is an array of records (see `drillrig_env.env.kernel.RIG`) with the state of every rig and
+    `rigs` is an array of records (see `drillrig_env.env.kernel.EPISODE`) with the state of every rig and
     what its last control step showed. Rigs share `rig`, and each has its own friction and generator.
     `DrillRigEnv` describes the arguments. Raises `ValueError` for one that is not allowed.
     """
@@ -77,8 +77,8 @@ class RigBatch:
         self.threads = check_threads(threads)
         self.delay = check_delay(self.sensors.delay if delay is None else delay)
         self.drive = self.rig if drive_gains is None else with_drive_gains(self.rig, drive_gains)
-        self.rigs = np.zeros(num_rigs, dtype=RIG)
-        self.rigs["step"] = steps  # no episode has begun
+        self.episodes = np.zeros(num_rigs, dtype=EPISODE)
+        self.episodes["step"] = steps  # no episode has begun
         channels = len(self.sensors.channels)
         self.observations: Observations = np.zeros((num_rigs, channels), dtype=np.float32)
         slots = self.delay[1] + 1 if self.delay[1] else 0
@@ -106,7 +106,7 @@ class RigBatch:
         )
 
     def __len__(self) -> int:
-        return len(self.rigs)
+        return len(self.episodes)
 
     @property
     def window_start(self) -> int:
@@ -116,14 +116,16 @@ class RigBatch:
     @property
     def ended(self) -> npt.NDArray[np.bool_]:
         """Which episodes are over (or never began); shape (n,)."""
-        return np.asarray(self.rigs["step"] >= self.steps)
+        return np.asarray(self.episodes["step"] >= self.steps)
 
     @property
     def mitigated(self) -> npt.NDArray[np.bool_]:
         """The verdict on the window so far: at the end of an episode, whether it was mitigated; shape (n,)."""
-        done = np.maximum(self.rigs["step"] - self.window_start, 1)
-        mean = self.rigs["window_sum"] / done
-        verdict = is_mitigated(self.rigs["window_lowest"], self.rigs["window_highest"], mean, self.rigs["speed_target"])
+        done = np.maximum(self.episodes["step"] - self.window_start, 1)
+        mean = self.episodes["window_sum"] / done
+        verdict = is_mitigated(
+            self.episodes["window_lowest"], self.episodes["window_highest"], mean, self.episodes["speed_target"]
+        )
         return np.asarray(verdict)
 
     def reset(
@@ -139,10 +141,10 @@ class RigBatch:
         """
         pins = check_pins(options, len(indices), self.duration)
         fresh = self._begin(self.scenario.draw(uniforms, self.duration, pins))
-        self.rigs[indices] = fresh
+        self.episodes[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
         past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
-        observe_rigs(fresh, self._layout, past, seen)
+        observe_episodes(fresh, self._layout, past, seen)
         self._past[indices] = past
         self.observations = self.observations.copy()
         self.observations[indices] = seen
@@ -153,10 +155,10 @@ class RigBatch:
         `observations` is a new array after each step, so that earlier ones keep their values.
         """
         observations = np.empty_like(self.observations)
-        if self.threads == 1 or len(self.rigs) == 1:
+        if self.threads == 1 or len(self.episodes) == 1:
             self._step(_ALL, actions, observations)
         else:
-            over_slices(lambda part: self._step(part, actions, observations), len(self.rigs), self.threads)
+            over_slices(lambda part: self._step(part, actions, observations), len(self.episodes), self.threads)
         self.observations = observations
 
     def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], None]:
@@ -164,15 +166,15 @@ class RigBatch:
 
         For a single rig it is twice as fast as `step`, where finding the kernel takes longer than the physics.
         """
-        return bound(step_rigs, *self._arguments(_ALL, actions, observations))
+        return bound(step_episodes, *self._arguments(_ALL, actions, observations))
 
     def _step(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> None:
-        step_rigs(*self._arguments(part, actions, observations))
+        step_episodes(*self._arguments(part, actions, observations))
 
     def _arguments(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> tuple[Any, ...]:
         tables = self._tables
         return (
-            self.rigs[part],
+            self.episodes[part],
             actions[part],
             self._settings,
             tables.rungs,
@@ -185,30 +187,30 @@ class RigBatch:
 
     def info(self) -> dict[str, Any]:
         """What every step reports, by name, one entry a rig; `reward_terms` is a dictionary of its own."""
-        rigs = self.rigs
+        episodes = self.episodes
         return {
-            "bit_speed": rigs["state"][:, 2].copy(),
-            "top_speed": rigs["state"][:, 4].copy(),
-            "speed_reference": rigs["speed_reference"].copy(),
-            "speed_target": rigs["speed_target"].copy(),
-            "normal_force": rigs["normal_force"].copy(),
-            "mu_s": rigs["mu_s"].copy(),
-            "mu_k": rigs["mu_k"].copy(),
-            "v_b": rigs["v_b"].copy(),
-            "torque_into_string": rigs["string_torque"].copy(),
-            "delay": rigs["delay"].copy(),
-            "reward_terms": {name: rigs["terms"][:, i].copy() for i, name in enumerate(TERMS)},
+            "bit_speed": episodes["state"][:, 2].copy(),
+            "top_speed": episodes["state"][:, 4].copy(),
+            "speed_reference": episodes["speed_reference"].copy(),
+            "speed_target": episodes["speed_target"].copy(),
+            "normal_force": episodes["normal_force"].copy(),
+            "mu_s": episodes["mu_s"].copy(),
+            "mu_k": episodes["mu_k"].copy(),
+            "v_b": episodes["v_b"].copy(),
+            "torque_into_string": episodes["torque_into_string"].copy(),
+            "delay": episodes["delay"].copy(),
+            "reward_terms": {name: episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
         }
 
     def starts(self, indices: npt.NDArray[np.intp]) -> list[str]:
         """How the episodes of some rigs began: stick_slip only where their parameters have it."""
-        return [STARTS[i] for i in self.rigs["start"][indices]]
+        return [STARTS[i] for i in self.episodes["start"][indices]]
 
     def _begin(self, draws: Draws) -> np.ndarray:
         """The records of n new episodes at their first moment."""
         friction, target = draws.friction, draws.speed_target
         contact = friction.as_array(len(target))
-        fresh = np.zeros(len(target), dtype=RIG)
+        fresh = np.zeros(len(target), dtype=EPISODE)
         for column, name in enumerate(("normal_force", "mu_s", "mu_k", "v_b")):
             fresh[name] = contact[:, column]
         fresh["speed_target"] = fresh["speed_reference"] = fresh["mean"] = target
@@ -221,7 +223,7 @@ class RigBatch:
         rest = draws.start == REST
         fresh["state"][rest, :7] = frictionless_state(self.rig, 0.0)
         fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
-        fresh["drive_torque"] = fresh["torque_mean"] = string_torque(self.rig, fresh["state"][:, :7])
+        fresh["string_torque"] = fresh["torque_mean"] = torque_into_string(self.rig, fresh["state"][:, :7])
         self._settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws.phase)
         self._hand_over(fresh)
         return fresh
@@ -246,7 +248,7 @@ class RigBatch:
 
         def settle(part: slice) -> None:
             tables = self._start_tables
-            settle_rigs(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
+            settle_episodes(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
 
         over_slices(settle, len(indices), self.threads, SETTLING_STEPS)
         found = cycling["start"] == STICK_SLIP

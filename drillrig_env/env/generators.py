@@ -14,7 +14,7 @@ from drillrig_env.env.scenario import UNIFORMS
 _HALF = 1 << 64
 
 
-class RigGenerators:
+class EpisodeGenerators:
     """One generator a rig, and all that an episode draws from it.
 
     A NumPy generator takes above a kilobyte, its PCG64 state 32 bytes. So the states lie in one array,

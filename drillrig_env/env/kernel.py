@@ -29,7 +29,7 @@ SLEW_LIMIT = 2.0
 _CHANNELS = len(CHANNELS)
 Past = npt.NDArray[np.float32]
 
-RIG = np.dtype(
+EPISODE = np.dtype(
     [
         ("state", "f8", STATE),  # the 7 states, and a pad
         ("speed_reference", "f8"),
@@ -38,7 +38,7 @@ RIG = np.dtype(
         ("mu_s", "f8"),
         ("mu_k", "f8"),
         ("v_b", "f8"),
-        ("string_torque", "f8"),  # at the end of the last control step, N m
+        ("torque_into_string", "f8"),  # at the end of the last control step, N m
         ("reward", "f8"),
         ("terms", "f8", 3),  # the single environment reads all up to here as one array
         ("step", "i8"),  # control steps done in this episode
@@ -58,7 +58,7 @@ RIG = np.dtype(
         ("window_sum", "f8"),  # of `average`
         ("start", "i8"),  # index into STARTS, as it came out
         ("voltage", "f8"),  # of the armature at the end of the last control step, V
-        ("drive_torque", "f8"),  # into the string, mean over the last control step, N m
+        ("string_torque", "f8"),  # into the string, mean over the last control step, N m
         ("torque_mean", "f8"),  # its running mean, and its running variance about that
         ("torque_variance", "f8"),
         ("noise", "u8"),  # state of the generator of the measurement noise
@@ -72,7 +72,7 @@ SETTINGS = np.dtype(
         ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
         ("k_p", "f8"),  # of the drive's speed loop in the episode
         ("k_i", "f8"),
-        ("made_up", "f8"),  # back-EMF that the drive makes up for, V s/rad of the top speed
+        ("back_emf_compensation", "f8"),  # back-EMF that the drive makes up for, V s/rad of the top speed
         ("gain", "f8"),  # of the running statistics of the bit speed, a sample
         ("torque_mean_gain", "f8"),  # of those of the torque, a control step
         ("torque_variance_gain", "f8"),
@@ -89,8 +89,8 @@ SETTINGS = np.dtype(
 
 
 @compiled
-def step_rigs(
-    rigs: Records,
+def step_episodes(
+    episodes: Records,
     actions: npt.NDArray[np.float32],
     settings: Records,
     rungs: Records,
@@ -102,7 +102,7 @@ def step_rigs(
 ) -> None:
     """Step every rig whose episode is not over by one control step, in place.
 
-    `rigs` is an array of RIG, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
+    `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
     length 1, `layout` the sensors' and `observations` of shape (n, channels) is filled for all rigs.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
@@ -110,39 +110,39 @@ def step_rigs(
     work = np.zeros(1, dtype=WORKSPACE)[0]
     values = np.empty(_CHANNELS)
     s = settings[0]
-    for n in range(rigs.shape[0]):
-        rig = rigs[n]
-        if rig.step < s.steps:
-            _step(rig, actions[n, 0], s, rungs, sampling, shift, work)
-        _measure(rig, layout, values, observations[n])
+    for n in range(episodes.shape[0]):
+        episode = episodes[n]
+        if episode.step < s.steps:
+            _step(episode, actions[n, 0], s, rungs, sampling, shift, work)
+        _measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
-            _delay(rig, layout, past[n], observations[n])
+            _delay(episode, layout, past[n], observations[n])
 
 
 @compiled
-def observe_rigs(rigs: Records, layout: Records, past: Past, observations: npt.NDArray[np.float32]) -> None:
+def observe_episodes(episodes: Records, layout: Records, past: Past, observations: npt.NDArray[np.float32]) -> None:
     """Fill the first observations of episodes, shape (n, channels), and `past` with nothing but these."""
     values = np.empty(_CHANNELS)
-    for n in range(rigs.shape[0]):
-        _measure(rigs[n], layout, values, observations[n])
+    for n in range(episodes.shape[0]):
+        _measure(episodes[n], layout, values, observations[n])
         past[n, :] = observations[n]
 
 
 @inlined
 def _step(
-    rig: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record
+    episode: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
-    rig.speed_reference = min(max(rig.speed_reference + action * s.slew, 0.0), LARGEST_REFERENCE)
-    now = rig.step * CONTROL_PERIOD
-    while rig.next_load < MOST_LOAD_STEPS and rig.load_times[rig.next_load] <= now + 1e-9:
-        rig.normal_force = rig.load_forces[rig.next_load]
-        rig.next_load += 1
-    _hold(rig, s, rungs, sampling, shift, work)
+    episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), LARGEST_REFERENCE)
+    now = episode.step * CONTROL_PERIOD
+    while episode.next_load < MOST_LOAD_STEPS and episode.load_times[episode.next_load] <= now + 1e-9:
+        episode.normal_force = episode.load_forces[episode.next_load]
+        episode.next_load += 1
+    _hold(episode, s, rungs, sampling, shift, work)
     variance, tracking, effort = reward_terms(
-        rig.mean,
-        rig.variance,
-        rig.speed_target,
+        episode.mean,
+        episode.variance,
+        episode.speed_target,
         action,
         s.variance_weight,
         s.tracking_weight,
@@ -150,30 +150,30 @@ def _step(
         s.deviation,
         s.absolute,
     )
-    rig.terms[0], rig.terms[1], rig.terms[2] = variance, tracking, effort
-    rig.reward = variance + tracking + effort
-    if rig.step == s.window_start:
-        rig.window_lowest, rig.window_highest, rig.window_sum = rig.lowest, rig.highest, 0.0
-    rig.window_lowest = min(rig.window_lowest, rig.lowest)
-    rig.window_highest = max(rig.window_highest, rig.highest)
-    rig.window_sum += rig.average
-    rig.step += 1
+    episode.terms[0], episode.terms[1], episode.terms[2] = variance, tracking, effort
+    episode.reward = variance + tracking + effort
+    if episode.step == s.window_start:
+        episode.window_lowest, episode.window_highest, episode.window_sum = episode.lowest, episode.highest, 0.0
+    episode.window_lowest = min(episode.window_lowest, episode.lowest)
+    episode.window_highest = max(episode.window_highest, episode.highest)
+    episode.window_sum += episode.average
+    episode.step += 1
 
 
 @compiled
-def _hold(rig: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> None:
+def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
-    static, kinetic = rig.normal_force * s.r_1 * rig.mu_s, rig.normal_force * s.r_1 * rig.mu_k
-    reference = rig.speed_reference
-    y = rig.state
+    static, kinetic = episode.normal_force * s.r_1 * episode.mu_s, episode.normal_force * s.r_1 * episode.mu_k
+    reference = episode.speed_reference
+    y = episode.state
     for i in range(7):
         y[i] -= shift[0, i] + shift[1, i] * reference
-    advance(y, reference, static, kinetic, rig.v_b, s.omega_s, rungs, sampling, work, True, UNITS)
+    advance(y, reference, static, kinetic, episode.v_b, s.omega_s, rungs, sampling, work, True, UNITS)
     for i in range(7):
         y[i] += shift[0, i] + shift[1, i] * reference
     lowest = highest = work.speed_samples[0]
     highest_torque = work.torque_samples[0]
-    mean, variance, total, torque, stuck = rig.mean, rig.variance, 0.0, 0.0, 0
+    mean, variance, total, torque, stuck = episode.mean, episode.variance, 0.0, 0.0, 0
     for k in range(SAMPLES):
         speed = work.speed_samples[k]
         lowest, highest = min(lowest, speed), max(highest, speed)
@@ -182,58 +182,58 @@ def _hold(rig: Record, s: Record, rungs: Records, sampling: Records, shift: Floa
         torque += work.torque_samples[k]
         stuck += speed < STUCK_SPEED
         mean, variance = update_statistics(mean, variance, speed, s.gain)
-    rig.mean, rig.variance = mean, variance
-    rig.lowest, rig.highest, rig.average = lowest, highest, total / SAMPLES
-    rig.stuck = stuck / SAMPLES
-    rig.string_torque, rig.highest_torque = work.torque_samples[SAMPLES - 1], highest_torque
-    rig.drive_torque = torque / SAMPLES
-    deviation = rig.drive_torque - rig.torque_mean
-    rig.torque_mean += s.torque_mean_gain * deviation
-    rig.torque_variance += s.torque_variance_gain * (deviation * deviation - rig.torque_variance)
-    rig.voltage = s.k_p * (reference - y[4]) + s.k_i * y[6] + s.made_up * y[4]
+    episode.mean, episode.variance = mean, variance
+    episode.lowest, episode.highest, episode.average = lowest, highest, total / SAMPLES
+    episode.stuck = stuck / SAMPLES
+    episode.torque_into_string, episode.highest_torque = work.torque_samples[SAMPLES - 1], highest_torque
+    episode.string_torque = torque / SAMPLES
+    deviation = episode.string_torque - episode.torque_mean
+    episode.torque_mean += s.torque_mean_gain * deviation
+    episode.torque_variance += s.torque_variance_gain * (deviation * deviation - episode.torque_variance)
+    episode.voltage = s.k_p * (reference - y[4]) + s.k_i * y[6] + s.back_emf_compensation * y[4]
 
 
 @inlined
-def _measure(rig: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
+def _measure(episode: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
     """Measure the channels of `layout` and scale them into one observation; `values` follows the order of CHANNELS."""
     for i in range(7):
-        values[i] = rig.state[i]
-    values[7], values[8] = rig.speed_reference, rig.speed_target
-    values[9], values[10] = rig.mean, sqrt(rig.variance)
-    values[11], values[12] = rig.voltage, rig.drive_torque
-    values[13], values[14] = rig.torque_mean, sqrt(rig.torque_variance)
+        values[i] = episode.state[i]
+    values[7], values[8] = episode.speed_reference, episode.speed_target
+    values[9], values[10] = episode.mean, sqrt(episode.variance)
+    values[11], values[12] = episode.voltage, episode.string_torque
+    values[13], values[14] = episode.torque_mean, sqrt(episode.torque_variance)
     for i in range(layout.shape[0]):
         channel = layout[i]
         value = values[channel.source]
         if channel.noise > 0.0:
-            value += channel.noise * _gaussian(rig)
-        scaled = (value - channel.offset - channel.from_target * rig.speed_target) / channel.scale
+            value += channel.noise * _gaussian(episode)
+        scaled = (value - channel.offset - channel.from_target * episode.speed_target) / channel.scale
         observation[i] = min(max(scaled, -LIMIT), LIMIT)
 
 
 @inlined
-def _delay(rig: Record, layout: Records, past: Past, observation: npt.NDArray[np.float32]) -> None:
+def _delay(episode: Record, layout: Records, past: Past, observation: npt.NDArray[np.float32]) -> None:
     """Keep a new observation in the ring `past`, and put older measurements in its place."""
     slots = past.shape[0]
-    past[rig.step % slots] = observation
-    seen = (rig.step - rig.delay) % slots
+    past[episode.step % slots] = observation
+    seen = (episode.step - episode.delay) % slots
     for i in range(layout.shape[0]):
         if layout[i].late:
             observation[i] = past[seen, i]
 
 
 @inlined
-def _gaussian(rig: Record) -> float:
+def _gaussian(episode: Record) -> float:
     """A standard normal number from the rig's own generator, by Box and Muller."""
-    radius = sqrt(-2.0 * log(1.0 - _uniform(rig)))
-    return radius * cos(2.0 * pi * _uniform(rig))
+    radius = sqrt(-2.0 * log(1.0 - _uniform(episode)))
+    return radius * cos(2.0 * pi * _uniform(episode))
 
 
 @inlined
-def _uniform(rig: Record) -> float:
-    """A uniform number on [0, 1): SplitMix64 (Steele, Lea & Flood, 2014), whose state is one number a rig."""
-    rig.noise += np.uint64(0x9E3779B97F4A7C15)
-    z = rig.noise
+def _uniform(episode: Record) -> float:
+    """A uniform number on [0, 1): SplitMix64 (Steele, Lea & Flood, 2014), whose state is one number a episode."""
+    episode.noise += np.uint64(0x9E3779B97F4A7C15)
+    z = episode.noise
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     z = z ^ (z >> np.uint64(31))
@@ -249,8 +249,8 @@ _DEVIATION_OF_CALM = 0.02
 
 
 @compiled
-def settle_rigs(
-    rigs: Records, phases: FloatArray, settings: Records, rungs: Records, sampling: Records, shift: FloatArray
+def settle_episodes(
+    episodes: Records, phases: FloatArray, settings: Records, rungs: Records, sampling: Records, shift: FloatArray
 ) -> None:
     """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
 
@@ -259,27 +259,27 @@ def settle_rigs(
     oscillation dies instead, there is no stick-slip with these parameters: `start` becomes STEADY.
     """
     work = np.zeros(1, dtype=WORKSPACE)[0]
-    for n in range(rigs.shape[0]):
-        rig = rigs[n]
-        period = _settle(rig, settings[0], rungs, sampling, shift, work)
-        rig.start = STICK_SLIP if period > 0 else STEADY
+    for n in range(episodes.shape[0]):
+        episode = episodes[n]
+        period = _settle(episode, settings[0], rungs, sampling, shift, work)
+        episode.start = STICK_SLIP if period > 0 else STEADY
         for _ in range(int(phases[n] * period)):
-            _hold(rig, settings[0], rungs, sampling, shift, work)
+            _hold(episode, settings[0], rungs, sampling, shift, work)
 
 
 @inlined
-def _settle(rig: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> int:
+def _settle(episode: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> int:
     """Run a rig until it cycles or calms down; the period in control steps, 0 where it calmed down."""
     was_stuck, last_release, period = True, 0, 0
     for step in range(_LONGEST_SETTLING):
-        _hold(rig, s, rungs, sampling, shift, work)
-        is_stuck = rig.stuck > 0.0
+        _hold(episode, s, rungs, sampling, shift, work)
+        is_stuck = episode.stuck > 0.0
         if was_stuck and not is_stuck:
             period, last_release = step - last_release, step
         was_stuck = is_stuck
         if step >= SETTLING_STEPS:
             if period > 0 and step - last_release <= period and step > 2 * period:
                 return period
-            if sqrt(rig.variance) < _DEVIATION_OF_CALM * rig.speed_reference:
+            if sqrt(episode.variance) < _DEVIATION_OF_CALM * episode.speed_reference:
                 return 0
     return 0

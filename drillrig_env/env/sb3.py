@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from drillrig_env.env.core import RigBatch
-from drillrig_env.env.generators import RigGenerators
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.generators import EpisodeGenerators
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.vector import check_actions
 
@@ -31,10 +31,10 @@ class DrillRigVecEnv(VecEnv):
     dictionary for every rig would cost more than the physics; `core.info()` has it as arrays.
     """
 
-    core: RigBatch
+    core: EpisodeBatch
 
     def __init__(self, num_envs: int = 1, seed: int | None = None, threads: int | None = None, **kwargs: Any) -> None:
-        self.core = RigBatch(num_envs, threads=threads, **kwargs)
+        self.core = EpisodeBatch(num_envs, threads=threads, **kwargs)
         self.render_mode = None
         channels = len(self.core.sensors.channels)
         super().__init__(
@@ -45,7 +45,7 @@ class DrillRigVecEnv(VecEnv):
         self._returns = np.zeros(num_envs)
         self._empty: list[dict[str, Any]] = [{} for _ in range(num_envs)]
         self._rates = np.zeros((num_envs, 1), dtype=np.float32)
-        self._generators = RigGenerators(num_envs)
+        self._generators = EpisodeGenerators(num_envs)
         self.seed(seed)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
@@ -74,8 +74,8 @@ class DrillRigVecEnv(VecEnv):
         """Step all rigs; rigs whose episode ends begin the next one."""
         core = self.core
         core.step(self._rates)
-        rewards = core.rigs["reward"].astype(np.float32)
-        self._returns += core.rigs["reward"]
+        rewards = core.episodes["reward"].astype(np.float32)
+        self._returns += core.episodes["reward"]
         ended = core.ended
         infos = self._empty
         if ended.any():

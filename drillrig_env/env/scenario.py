@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal, TypeAlias
@@ -53,7 +54,7 @@ class Scenario:
     """
 
     speed_target: tuple[float, float] = (1.0, 5.0)  # rad/s, drawn
-    slower: float = 1.0  # power of the uniform number behind the target: above 1, slow targets are more frequent
+    target_skew: float = 1.0  # power of the uniform number behind the target: above 1, slow targets are more frequent
     normal_force: tuple[float, float] = (5.0, 30.0)  # N, drawn
     spread: float = 0.2  # of mu_s, mu_k and v_b, drawn
     stick_slip: float = 0.7  # share of episodes that start in developed stick-slip
@@ -76,8 +77,8 @@ class Scenario:
         ):
             if not allowed.holds(getattr(self, name)):
                 raise refuse("Scenario", name, getattr(self, name), "", allowed)
-        if not POSITIVE.holds(self.slower):
-            raise refuse("Scenario", "slower", self.slower, "", POSITIVE)
+        if not POSITIVE.holds(self.target_skew):
+            raise refuse("Scenario", "target_skew", self.target_skew, "", POSITIVE)
         if not _SHARES.holds(self.stick_slip) or self.stick_slip + self.steady > 1.0 + 1e-12:
             raise refuse("Scenario", "stick_slip", self.stick_slip, "", "0 to 1, and with `steady` at most 1")
 
@@ -91,6 +92,9 @@ class Scenario:
             return scenario
         if isinstance(scenario, Mapping):
             known = [item.name for item in fields(cls)]
+            if "slower" in scenario:
+                warnings.warn("the field `slower` of a scenario is now `target_skew`", DeprecationWarning, stacklevel=2)
+                scenario = {"target_skew" if name == "slower" else name: value for name, value in scenario.items()}
             for name in scenario:
                 if name not in known:
                     raise ValueError(f"scenario: unknown field {name!r}; {closest(name, known)}")
@@ -109,7 +113,7 @@ class Scenario:
         table = self.friction.as_array(1)[0]
         factors = 1.0 + self.spread * (2.0 * u[2:5] - 1.0)
         drawn = {
-            "speed_target": _between(self.speed_target, u[0] ** self.slower),
+            "speed_target": _between(self.speed_target, u[0] ** self.target_skew),
             "normal_force": _between(self.normal_force, u[1]),
             "mu_s": table[1] * factors[0],
             "mu_k": table[2] * factors[1],

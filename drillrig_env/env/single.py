@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import UNIFORMS, Scenario
@@ -158,7 +158,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         if render_mode not in (None, *self.metadata["render_modes"]):
             allowed = ", ".join(self.metadata["render_modes"])
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None, {allowed}")
-        self.core = RigBatch(
+        self.core = EpisodeBatch(
             1,
             rig,
             scenario,
@@ -179,7 +179,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         self._action = np.zeros((1, 1), dtype=np.float32)
         seen = np.zeros((1, len(self.sensors.channels)), dtype=np.float32)
         self._advance, self._seen = self.core.bound_step(self._action, seen), seen[0]
-        record = self.core.rigs[0]
+        record = self.core.episodes[0]
         self._numbers, self._counts = (_view(record, *names) for names in (("state", "terms"), ("step", "delay")))
         self._picture = None if render_mode is None else self._make_picture(record)
 

@@ -12,8 +12,8 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from drillrig_env.env.core import Observations, RigBatch
-from drillrig_env.env.generators import RigGenerators
+from drillrig_env.env.core import EpisodeBatch, Observations
+from drillrig_env.env.generators import EpisodeGenerators
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
@@ -53,7 +53,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")
-        self.core = RigBatch(
+        self.core = EpisodeBatch(
             num_envs,
             rig,
             scenario,
@@ -75,7 +75,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         self.single_observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._generators = RigGenerators(num_envs)
+        self._generators = EpisodeGenerators(num_envs)
         self._everywhere = np.ones(num_envs, dtype=np.bool_)
 
     def reset(
@@ -107,7 +107,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         if over.any() and (self.autoreset_mode != AutoresetMode.NEXT_STEP or not self._generators.seeded):
             raise ResetNeeded(f"the episode of rig {int(np.argmax(over))} is over, or none has begun; reset it first")
         core.step(rates)
-        rewards = core.rigs["reward"].copy()
+        rewards = core.episodes["reward"].copy()
         if over.any():
             begun = np.flatnonzero(over)
             core.reset(begun, self._generators.uniforms(begun))

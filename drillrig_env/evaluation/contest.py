@@ -32,14 +32,14 @@ class Contestant:
     `members` make the policy for a suite, by training seed; "" is the seed of what is not trained. A
     policy is made anew for each suite, since its action is a share of the suite's slew limit. `env` holds
     the arguments of the environment, the sensors among them, and `about` what tells this policy from a
-    changed one of the same name. `told` and `drive_gains` are what it is told beyond the sensors, and
+    changed one of the same name. `privileged` and `drive_gains` are what it is told beyond the sensors, and
     how it sets the drive.
     """
 
     name: str
     members: Mapping[str, Callable[[Suite], Policy]]
     env: Mapping[str, Any]
-    told: tuple[str, ...] = ()
+    privileged: tuple[str, ...] = ()
     drive_gains: Sequence[float] | None = None
     about: Mapping[str, Any] = field(default_factory=dict)
 
@@ -47,7 +47,7 @@ class Contestant:
         """What the results say of this policy."""
         return {
             "sensors": self.env["sensors"],
-            "told": list(self.told),
+            "privileged": list(self.privileged),
             "drive_gains": None if self.drive_gains is None else list(self.drive_gains),
             "seeds": list(self.members),
             **self.about,
@@ -74,7 +74,7 @@ class Failure:
         return cls(policy, suite, text, "".join(traceback.format_tb(error.__traceback__)[-_FRAMES:]).rstrip())
 
 
-def face(
+def run_contest(
     suite: Suite,
     contestants: Iterable[Contestant],
     results: Results,

@@ -24,7 +24,7 @@ def who_wins(results: Results) -> list[str]:
     asked += [
         (f"In `{suite}`", _rows(results, suite), "mitigated") for suite in results.estimates if suite != "default"
     ]
-    return [_winners(words, rows, heading, results.told) for words, rows, heading in asked if rows]
+    return [_winners(words, rows, heading, results.privileged) for words, rows, heading in asked if rows]
 
 
 def where_each_fails(results: Results) -> list[str]:

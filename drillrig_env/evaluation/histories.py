@@ -23,7 +23,7 @@ from drillrig_env.evaluation.tables import best_first
 
 FILE = "histories.npz"
 REGIONS = ("below", "bistable")
-TRACES = ("lowest", "highest", "average", "top_speed", "speed_reference", "string_torque")
+TRACES = ("lowest", "highest", "average", "top_speed", "speed_reference", "torque_into_string")
 """What is kept of each control step: bit speed and speeds (rad/s), string torque (N m)."""
 
 History = dict[str, npt.NDArray[np.float32]]

@@ -95,12 +95,14 @@ class Results:
         the drive's gains.
         """
         about = self.config.get("policies", {})
-        return {name: TOLD * bool(of.get("told")) + SOFT * bool(of.get("drive_gains")) for name, of in about.items()}
+        return {
+            name: TOLD * bool(of.get("privileged")) + SOFT * bool(of.get("drive_gains")) for name, of in about.items()
+        }
 
     @property
-    def told(self) -> dict[str, bool]:
+    def privileged(self) -> dict[str, bool]:
         """Whether a policy is told what the sensors do not show."""
-        return {name: bool(about.get("told")) for name, about in self.config.get("policies", {}).items()}
+        return {name: bool(about.get("privileged")) for name, about in self.config.get("policies", {}).items()}
 
     @property
     def rows(self) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import Suite
@@ -18,14 +18,14 @@ from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.rig import Rig
 
-_TRACES = ("lowest", "highest", "average", "stuck", "string_torque", "highest_torque", "speed_reference", "reward")
+_TRACES = ("lowest", "highest", "average", "stuck", "torque_into_string", "highest_torque", "speed_reference", "reward")
 """Fields of a rig's record that are kept for every control step."""
 
 
 class Policy(Protocol):
     """Anything with Stable-Baselines3's `predict`: a baseline, a trained model, your own.
 
-    A policy may also have `told`, names of entries of `info` that its `tell(info)` must get before
+    A policy may also have `privileged`, names of entries of `info` that its `tell(info)` must get before
     each `predict`, and `drive_gains`, a pair (k_p, k_i) for the drive's speed loop in place of the rig's.
     """
 
@@ -56,23 +56,23 @@ class Episodes:
     highest: FloatArray
     average: FloatArray
     stuck: FloatArray
-    string_torque: FloatArray
+    torque_into_string: FloatArray
     highest_torque: FloatArray
     speed_reference: FloatArray
     top_speed: FloatArray
     reward: FloatArray
 
 
-def play(policy: Policy, core: RigBatch) -> Iterator[int]:
+def play(policy: Policy, core: EpisodeBatch) -> Iterator[int]:
     """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
 
-    A policy that names in `told` what it must be told gets `info` before each step. `ValueError` for
+    A policy that names in `privileged` what it must be told gets `info` before each step. `ValueError` for
     actions of another shape or NaN.
     """
-    told = bool(getattr(policy, "told", ()))
+    privileged = bool(getattr(policy, "privileged", ()))
     state, begins = None, np.ones(len(core), dtype=np.bool_)
     for step in range(core.steps):
-        if told:
+        if privileged:
             policy.tell(core.info())  # type: ignore[attr-defined]
         actions, state = policy.predict(core.observations, state, begins, deterministic=True)
         begins = np.zeros(len(core), dtype=np.bool_)
@@ -96,7 +96,7 @@ def run(
     `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive_gains`.
     """
     arguments = {**env, **suite.env, "drive_gains": getattr(policy, "drive_gains", None)}
-    core = RigBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
+    core = EpisodeBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
     uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0
     for count, options in suite.groups:
@@ -106,10 +106,10 @@ def run(
     traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}
     for step in play(policy, core):
         for name in _TRACES:
-            traces[name][:, step] = core.rigs[name]
-        traces["top_speed"][:, step] = core.rigs["state"][:, STATE_NAMES.index("top_speed")]
+            traces[name][:, step] = core.episodes[name]
+        traces["top_speed"][:, step] = core.episodes["state"][:, STATE_NAMES.index("top_speed")]
         if progress:
             progress(step + 1, core.steps)
-    rigs = core.rigs
+    rigs = core.episodes
     friction = Friction(*(rigs[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b")))
     return Episodes(core.rig, rigs["speed_target"].copy(), friction, start, **traces)

@@ -9,7 +9,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.friction import Friction
-from drillrig_env.model import steady_state, string_torque
+from drillrig_env.model import steady_state, torque_into_string
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_slope, critical_speed, fold_speed
 from drillrig_env.verdict import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
@@ -62,7 +62,7 @@ def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.
 def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
     """Every score of SCORES, an entry an episode, after what describes the episode's rig at its end."""
     target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
-    steady_torque = string_torque(rig, steady_state(rig, friction, target))
+    steady_torque = torque_into_string(rig, steady_state(rig, friction, target))
     window = round(WINDOW / CONTROL_PERIOD)
     lowest = episodes.lowest[:, -window:].min(axis=1)
     highest = episodes.highest[:, -window:].max(axis=1)

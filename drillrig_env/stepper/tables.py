@@ -23,7 +23,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import expm
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.model import friction_input, frictionless_state, jacobian, string_torque
+from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 
@@ -120,7 +120,7 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
     share = tolerance / TOLERANCE
     rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5, share * 1e-9
     sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
-    speed_row, torque_row = np.eye(7)[2], string_torque(rig, np.eye(7))
+    speed_row, torque_row = np.eye(7)[2], torque_into_string(rig, np.eye(7))
     for r in range(RUNGS):
         step = period / 2**r
         from_state, from_torque = _variation_of_constants(rig, step, RADAU_NODES)

@@ -52,14 +52,14 @@ def test_absolute_action_is_reached_at_the_slew_limit():
     env = AbsoluteAction(make_environment("DrillRig-v0", 3, 0, {}))
     env.reset()
     core = batch_of(env).core
-    before = core.rigs["speed_reference"].copy()
-    wanted = core.rigs["speed_target"] + 0.25 * REACH
+    before = core.episodes["speed_reference"].copy()
+    wanted = core.episodes["speed_target"] + 0.25 * REACH
     env.step(np.full((3, 1), 0.25, np.float32))
     moved = np.clip(wanted - before, -0.2, 0.2)
-    np.testing.assert_allclose(core.rigs["speed_reference"] - before, moved, atol=1e-6)
+    np.testing.assert_allclose(core.episodes["speed_reference"] - before, moved, atol=1e-6)
     for _ in range(40):
         env.step(np.full((3, 1), 0.25, np.float32))
-    np.testing.assert_allclose(core.rigs["speed_reference"], wanted, atol=1e-6)
+    np.testing.assert_allclose(core.episodes["speed_reference"], wanted, atol=1e-6)
 
 
 def test_agent_with_absolute_action_acts_as_in_training():
@@ -83,7 +83,7 @@ def test_agent_with_absolute_action_acts_as_in_training():
         actions, _ = agent.predict(batch_of(raw).core.observations)
         np.testing.assert_allclose(4.0 * agent.at_slew_limit(8.0).predict(batch_of(raw).core.observations)[0], actions)
         raw.step(actions)
-    references = [batch_of(env).core.rigs["speed_reference"] for env in (behind, raw)]
+    references = [batch_of(env).core.episodes["speed_reference"] for env in (behind, raw)]
     np.testing.assert_allclose(references[0], references[1], atol=1e-5)
 
 

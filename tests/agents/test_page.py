@@ -71,7 +71,7 @@ def test_rivals_that_are_ahead_are_named(comparison, tmp_path):  # noqa: F811
     tables = {policy: one["main"] for policy, one in results.estimates["default"].items()}
     share, rival, theirs, clear = found["mitigated"].split(" | ")
     assert float(share) == pytest.approx(tables["constant"]["mitigated"]["value"], abs=6e-4)
-    assert rival in ("`told`*", "`seeds`")
+    assert rival in ("`privileged`*", "`seeds`")
     assert float(share) < float(theirs) == pytest.approx(tables[rival.strip("`*")]["mitigated"]["value"], abs=6e-4)
     assert clear == (
         "yes" if tables["constant"]["mitigated"]["high"] < tables[rival.strip("`*")]["mitigated"]["low"] else "no"

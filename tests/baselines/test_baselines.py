@@ -36,7 +36,7 @@ def test_batch_is_its_rigs_one_at_a_time(name, sensors):
         batch.tell(info)
         actions, state = batch.predict(observations, state, start)
         for i in range(4):
-            alone[i].tell({key: value[i] for key, value in info.items() if key in alone[i].told})
+            alone[i].tell({key: value[i] for key, value in info.items() if key in alone[i].privileged})
             action, states[i] = alone[i].predict(observations[i], states[i], start[i : i + 1])
             np.testing.assert_array_equal(action, actions[i])
         observations, *_, info = env.step(actions)
@@ -54,7 +54,7 @@ def test_an_episode_that_begins_anew_forgets_the_one_before(name):
         policy.tell(info)
         actions, state = policy.predict(observations, state, np.full(2, step == 0))
         observations, *_, info = env.step(actions)
-    policy.tell({key: np.asarray(value) for key, value in env.reset(seed=1)[1].items() if key in policy.told})
+    policy.tell({key: np.asarray(value) for key, value in env.reset(seed=1)[1].items() if key in policy.privileged})
     again, _ = policy.predict(first, state, np.array([True, True]))
     np.testing.assert_array_equal(again, fresh)
 

@@ -38,7 +38,7 @@ def test_keeps_its_score_on_random_rigs():
 
 
 def test_estimated_form_frees_a_rig_from_what_it_sees_alone():
-    assert JumpEaseEstimated.told == ()
+    assert JumpEaseEstimated.privileged == ()
     info, references = play(JumpEaseEstimated(), BISTABLE)
     assert info["is_success"]
     assert references.max() > 4.8  # past the fold of 4.79 rad/s

@@ -9,7 +9,7 @@ from baselines.tune import tuning_suite
 from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.model import frictionless_state, state_equations, steady_state, string_torque
+from drillrig_env.model import frictionless_state, state_equations, steady_state, torque_into_string
 from tests.baselines.episode import BISTABLE, LOAD_STEP, UNSTABLE, play
 
 
@@ -54,7 +54,7 @@ def test_the_sampled_rig_is_the_model_over_a_control_step():
 
     def rates(_, x):
         T_r1 = z[LEVEL] + z[8] - 0.05 * (x[2] - target)
-        return [*state_equations(x[:7], reference, T_r1, rig), string_torque(rig, x[:7])]
+        return [*state_equations(x[:7], reference, T_r1, rig), torque_into_string(rig, x[:7])]
 
     end = solve_ivp(rates, (0.0, 0.1), [*x, 0.0], method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
     after = model.transition @ z + model.input * (reference - target)

@@ -8,7 +8,7 @@ from baselines.constant import Constant
 from baselines.mppi import INTERVAL, MPPI
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env import Friction, Rig
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.model import steady_state
 from drillrig_env.stability import critical_speed
@@ -31,7 +31,7 @@ def play(policy, duration, **options):
 @pytest.fixture
 def batch():
     """Six default rigs in stick-slip."""
-    core = RigBatch(6, threads=1)
+    core = EpisodeBatch(6, threads=1)
     core.reset(np.arange(6), first_uniforms(500_000_000, 6), {"start": "stick_slip", "load_steps": []})
     return core
 
@@ -69,15 +69,17 @@ def test_feedback_alone_holds_rotation_that_a_constant_reference_loses():
     assert row.shape == (1, SIZE + 1)
     held = {}
     for follows in (True, False):
-        core = RigBatch(1, scenario="nominal", duration=20.0, threads=1)
+        core = EpisodeBatch(1, scenario="nominal", duration=20.0, threads=1)
         core.reset(
             np.array([0]),
             first_uniforms(0, 1),
             {"normal_force": 28.0, "speed_target": target, "start": "steady"},
         )
-        core.rigs["state"][:, :7] = steady_state(rig, friction, 1.05 * target)
+        core.episodes["state"][:, :7] = steady_state(rig, friction, 1.05 * target)
         while not core.ended[0]:
-            change = wanted_change(row, core.rigs["state"], core.rigs["speed_reference"]) if follows else np.zeros(1)
+            change = (
+                wanted_change(row, core.episodes["state"], core.episodes["speed_reference"]) if follows else np.zeros(1)
+            )
             core.step((change / 0.2).astype(np.float32)[:, None])
         held[follows] = bool(core.mitigated[0])
     assert held == {True: True, False: False}
@@ -92,10 +94,10 @@ def test_feedback_asks_for_no_change_in_steady_rotation_at_the_set_point():
 
 
 def test_a_run_repeats_exactly_and_another_seed_does_not(batch):
-    before = batch.rigs.copy(), batch.observations.copy()
+    before = batch.episodes.copy(), batch.observations.copy()
     runs = []
     for seed in (0, 0, 1):
-        batch.rigs[:], batch.observations = before[0], before[1]
+        batch.episodes[:], batch.observations = before[0], before[1]
         runs.append(actions_of(MPPI(samples=8, threads=1, seed=seed), batch, 12))
     np.testing.assert_array_equal(runs[0], runs[1])
     assert np.any(runs[0] != runs[2])
@@ -110,7 +112,7 @@ def test_a_rig_does_the_same_in_a_batch_as_alone_and_whenever_its_episode_began(
         begins = np.full(6, step == 0)
         begins[1] |= step == 3  # out of step with the others from here on
         actions, state = together.predict(batch.observations, state, begins)
-        alone.tell({name: info[name][1] for name in MPPI.told})
+        alone.tell({name: info[name][1] for name in MPPI.privileged})
         action, state_alone = alone.predict(batch.observations[1], state_alone, begins[1:2])
         np.testing.assert_array_equal(action, actions[1])
         batch.step(actions)
@@ -119,7 +121,7 @@ def test_a_rig_does_the_same_in_a_batch_as_alone_and_whenever_its_episode_began(
 def test_told_the_delay_it_acts_as_if_there_were_none():
     taken = []
     for delay in (0, 4):
-        core = RigBatch(1, scenario="nominal", delay=delay, threads=1)
+        core = EpisodeBatch(1, scenario="nominal", delay=delay, threads=1)
         pins = {"normal_force": 20.0, "speed_target": 2.0, "start": "stick_slip"}
         core.reset(np.array([0]), first_uniforms(0, 1), pins)
         policy, state, references = MPPI(samples=8, threads=1), None, []
@@ -127,7 +129,7 @@ def test_told_the_delay_it_acts_as_if_there_were_none():
             policy.tell({**core.info(), "delay": np.array([delay])})
             actions, state = policy.predict(core.observations, state)
             core.step(actions)
-            references.append(core.rigs["speed_reference"][0])
+            references.append(core.episodes["speed_reference"][0])
         taken.append(references)
     assert np.ptp(taken[0]) > 0.5
     np.testing.assert_allclose(taken[0], taken[1], atol=1e-3)

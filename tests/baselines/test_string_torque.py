@@ -3,16 +3,16 @@ import pytest
 
 from baselines.string_torque import MEMORY, OSCILLATION_MEMORY, check_filters, oscillation, torque_deviation
 from drillrig_env import Rig
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.model import string_torque
+from drillrig_env.model import torque_into_string
 
 RIG = Rig()
 
 
 def watch(sensors, time_constant, steps=300):
     """Deviations from some sensors, and the true torque, step by step, of one rig in stick-slip."""
-    core = RigBatch(1, scenario="nominal", sensors=sensors, noise=0.0, delay=0)
+    core = EpisodeBatch(1, scenario="nominal", sensors=sensors, noise=0.0, delay=0)
     core.reset(
         np.arange(1),
         first_uniforms(0, 1),
@@ -22,7 +22,7 @@ def watch(sensors, time_constant, steps=300):
     for _ in range(steps):
         seen = core.sensors.values(core.observations)
         deviations.append(torque_deviation(RIG, seen, memory, time_constant)[0])
-        torques.append(float(string_torque(RIG, core.rigs["state"][0, :7])))
+        torques.append(float(torque_into_string(RIG, core.episodes["state"][0, :7])))
         core.step(np.zeros((1, 1), np.float32))
     return np.array(deviations), np.array(torques)
 

@@ -12,7 +12,6 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from agents.policy.agent import Agent
 from agents.policy.run_folder import load_policy
 from agents.training.train import Training, train
-from agents.training.validation_rigs import practise
 from benchmarks import shares
 from benchmarks.one_training import Run, in_fresh_process, timed_training
 from benchmarks.shares import Stopwatch, Watch, watched
@@ -35,13 +34,13 @@ def small(folder, algorithm="ppo"):
 
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_what_is_watched_learns_the_same(tmp_path, algorithm):
-    def validate(model):
+    def validated(model):
         agent = Agent(model, {"hyperparameters": {}})
-        return float(practise(agent, {"duration": 3.0, "sensors": "state"}, 3).mitigated.mean())
+        return float(validate(agent, {"duration": 3.0, "sensors": "state"}, 3).mitigated.mean())
 
     methods = [getattr(owner, name) for owner, name in METHODS]
     alone = load_policy(small(tmp_path / "alone", algorithm)).model.policy.state_dict()
-    watch = Watch(64, 10**6, validate, 128)
+    watch = Watch(64, 10**6, validated, 128)
     with watched(ALGORITHMS[algorithm], watch):
         beside = load_policy(small(tmp_path / "watched", algorithm)).model.policy.state_dict()
     assert watch.validations["steps"] == [128, 256, 384, 512]
@@ -156,7 +155,10 @@ def made_up(seed, seconds, reached):
 
 def test_rows_are_medians_over_chunks_and_seeds():
     reached = {"steps": 300, "seconds": 4.0}
-    runs = [made_up(0, [1.0, 2.0], reached), made_up(1, [1.0, 1.0], {"steps": 500, "seconds": 6.0})]
+    runs = [
+        made_up(0, [1.0, 2.0], reached),
+        made_up(1, [1.0, 1.0], {"steps": 500, "seconds": 6.0}),
+    ]
     (row,) = summary([*runs, made_up(2, [2.0, 3.0], None)])
     assert row["steps_per_second"] == pytest.approx(75.0)  # of 100, 50, 100, 100, 50 and 33 steps a second
     assert [row[f"{name}_percent"] for name in ("env", "policy", "update", "other")] == pytest.approx([6, 12, 24, 58])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Reward, Rig, simulate
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.model import steady_state
 from drillrig_env.verdict import is_mitigated
@@ -13,7 +13,7 @@ HOLD = np.zeros((1, 1), dtype=np.float32)
 
 
 def begin(options, **arguments):
-    core = RigBatch(1, scenario="nominal", **arguments)
+    core = EpisodeBatch(1, scenario="nominal", **arguments)
     core.reset(np.array([0]), first_uniforms(1, 1), options)
     return core
 
@@ -22,7 +22,7 @@ def run(core, steps, action=0.0):
     rows = []
     for _ in range(steps):
         core.step(np.full((1, 1), action, dtype=np.float32))
-        rows.append(core.rigs[0].copy())
+        rows.append(core.episodes[0].copy())
     return np.array(rows)
 
 
@@ -38,20 +38,20 @@ def test_steps_are_the_simulation():
 def test_reference_moves_at_the_slew_limit_and_stays_in_bounds():
     core = begin({"start": "steady", "speed_target": 4.0})
     assert np.allclose(np.diff(run(core, 40, action=3.0)["speed_reference"]).max(), 0.2)
-    assert core.rigs["speed_reference"][0] == 10.0
+    assert core.episodes["speed_reference"][0] == 10.0
     run(core, 60, action=-1.0)
-    assert core.rigs["speed_reference"][0] == 0.0
+    assert core.episodes["speed_reference"][0] == 0.0
 
 
 def test_stick_slip_start_is_on_the_cycle_at_its_phase():
-    core = RigBatch(40, scenario="nominal")
+    core = EpisodeBatch(40, scenario="nominal")
     options = {"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}
     core.reset(np.arange(40), first_uniforms(0, 40), options)
     assert core.starts(np.arange(40)) == ["stick_slip"] * 40
-    speeds = core.rigs["state"][:, 2].copy()
+    speeds = core.episodes["state"][:, 2].copy()
     assert np.mean(speeds < 0.01) == pytest.approx(0.2, abs=0.15)  # it sticks for a fifth of its period
     assert speeds.max() > 4.0
-    for x in core.rigs["state"][:5, :7]:
+    for x in core.episodes["state"][:5, :7]:
         cycle = simulate(friction=Friction(20.0), initial_state=x, speed_reference=2.0, duration=60)
         assert cycle.bit_speed[:300].max() == pytest.approx(cycle.bit_speed[-300:].max(), abs=2e-3)
 
@@ -59,7 +59,7 @@ def test_stick_slip_start_is_on_the_cycle_at_its_phase():
 def test_stick_slip_start_above_the_fold_is_steady_rotation():
     core = begin({"start": "stick_slip", "normal_force": 10.0, "speed_target": 3.2})
     assert core.starts(np.array([0])) == ["steady"]
-    np.testing.assert_allclose(core.rigs["state"][0, :7], steady_state(Rig(), Friction(10.0), 3.2))
+    np.testing.assert_allclose(core.episodes["state"][0, :7], steady_state(Rig(), Friction(10.0), 3.2))
     below = begin({"start": "stick_slip", "normal_force": 10.0, "speed_target": 2.8})
     assert below.starts(np.array([0])) == ["stick_slip"]
 
@@ -75,7 +75,7 @@ def test_reward_follows_its_formula(shape):
     shapes = {"tracking_shape": shape, "variance_shape": shape}
     reward = Reward(variance=2.0, tracking=3.0, action=0.5, time_constant=1.0, **shapes)
     core = begin({"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}, reward=reward)
-    start = core.rigs[0].copy()
+    start = core.episodes[0].copy()
     rows = run(core, 30, action=0.4)
     references = [(0.1 * k, reference) for k, reference in enumerate(rows["speed_reference"].tolist())]
     fine = simulate(
@@ -123,7 +123,7 @@ def test_impossible_arguments_are_refused():
         ({"threads": 0}, "threads"),
     ):
         with pytest.raises(ValueError, match=word):
-            RigBatch(**arguments)
+            EpisodeBatch(**arguments)
     for name in ("tracking_shape", "variance_shape"):
         with pytest.raises(ValueError, match=name):
             Reward(**{name: "cubic"})

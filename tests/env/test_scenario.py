@@ -116,7 +116,7 @@ def test_unknown_preset_is_refused():
 
 
 def test_slow_targets_can_be_made_more_frequent():
-    plain, slow = (Scenario.named(of).draw(UNIFORM, 60.0, {}).speed_target for of in ("default", {"slower": 3.0}))
+    plain, slow = (Scenario.named(of).draw(UNIFORM, 60.0, {}).speed_target for of in ("default", {"target_skew": 3.0}))
     assert np.median(plain) == pytest.approx(3.0, abs=0.1)
     assert np.median(slow) == pytest.approx(1.0 + 4.0 * 0.5**3, abs=0.1)
     assert (slow.min(), slow.max()) == pytest.approx((1.0, 5.0), abs=0.05)
@@ -126,5 +126,5 @@ def test_a_scenario_from_its_fields():
     assert Scenario.named({"spread": 0.1}).spread == 0.1
     with pytest.raises(ValueError, match="did you mean spread"):
         Scenario.named({"spred": 0.1})
-    with pytest.raises(ValueError, match="slower = 0"):
-        Scenario(slower=0.0)
+    with pytest.raises(ValueError, match="target_skew = 0"):
+        Scenario(target_skew=0.0)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, observation_table, simulate
-from drillrig_env.env.core import RigBatch, with_drive_gains
+from drillrig_env.env.core import EpisodeBatch, with_drive_gains
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.sensors import LIMIT, SENSORS, Sensors
 from drillrig_env.env.single import DrillRigEnv
@@ -13,20 +13,20 @@ from drillrig_env.model import STATE_NAMES, jacobian
 
 
 def test_observations_turn_back_into_physical_values_by_name():
-    core = RigBatch(50)
+    core = EpisodeBatch(50)
     core.reset(np.arange(50), first_uniforms(0, 50))
     for _ in range(20):
         core.step(np.full((50, 1), 0.5, np.float32))
     values = core.sensors.values(core.observations)
     for column, name in enumerate(STATE_NAMES):
-        np.testing.assert_allclose(values[name], core.rigs["state"][:, column], atol=1e-5)
-    np.testing.assert_allclose(values["bit_speed_mean"], core.rigs["mean"], atol=1e-5)
-    np.testing.assert_allclose(values["bit_speed_deviation"], np.sqrt(core.rigs["variance"]), atol=1e-5)
+        np.testing.assert_allclose(values[name], core.episodes["state"][:, column], atol=1e-5)
+    np.testing.assert_allclose(values["bit_speed_mean"], core.episodes["mean"], atol=1e-5)
+    np.testing.assert_allclose(values["bit_speed_deviation"], np.sqrt(core.episodes["variance"]), atol=1e-5)
     assert set(values) == set(core.sensors.names)
 
 
 def test_observations_are_about_one_on_the_default_draws():
-    core = RigBatch(300)
+    core = EpisodeBatch(300)
     core.reset(np.arange(300), first_uniforms(0, 300))
     seen = []
     for _ in range(300):
@@ -45,7 +45,7 @@ def test_unknown_names_are_refused():
 
 
 def batch(sensors="state", rigs=40, options=None, **arguments):
-    core = RigBatch(rigs, sensors=sensors, threads=1, **arguments)
+    core = EpisodeBatch(rigs, sensors=sensors, threads=1, **arguments)
     core.reset(np.arange(rigs), first_uniforms(0, rigs), options)
     return core
 
@@ -93,7 +93,7 @@ def test_measurements_come_late_and_the_controllers_own_numbers_do_not(delay):
 
 def test_a_range_of_delays_is_drawn_rig_by_rig():
     core = batch(rigs=600, delay=(1, 5))
-    counts = np.bincount(core.rigs["delay"], minlength=6)
+    counts = np.bincount(core.episodes["delay"], minlength=6)
     assert counts[0] == 0
     assert counts[1:].min() > 80
 
@@ -106,8 +106,8 @@ def test_drive_knows_the_torque_into_the_string_from_current_and_top_speed():
     reference, channel = [], []
     for k in range(200):
         core.step(np.full((1, 1), np.sin(0.5 * k) + (k < 15), np.float32))
-        reference.append((0.1 * k, float(core.rigs["speed_reference"][0])))
-        channel.append(float(core.rigs["drive_torque"][0]))
+        reference.append((0.1 * k, float(core.episodes["speed_reference"][0])))
+        channel.append(float(core.episodes["string_torque"][0]))
     run = simulate(rig, friction, speed_reference=reference, duration=20.0, sample_period=1e-3)
     current, top = (x[:-1].reshape(200, 100) for x in (run.current, run.top_speed))
     change = np.diff(run.top_speed[::100]) / 0.1
@@ -119,19 +119,19 @@ def test_drive_knows_the_torque_into_the_string_from_current_and_top_speed():
 def test_making_up_for_the_back_emf_is_a_lower_proportional_gain_where_the_reference_is_constant():
     """eta K_E x_5 more voltage is eta K_E less of k_p, but for what k_p makes of the reference."""
     rig = Rig()
-    made_up = with_drive_gains(rig, (0.6, 0.06, 1.0))
+    back_emf_compensation = with_drive_gains(rig, (0.6, 0.06, 1.0))
     lower = jacobian(replace(rig, k_p=0.6 - 0.5 * rig.eta * rig.K_E, k_i=0.06, K_E=0.5 * rig.K_E))
-    np.testing.assert_allclose(jacobian(made_up), lower, atol=1e-9)
+    np.testing.assert_allclose(jacobian(back_emf_compensation), lower, atol=1e-9)
 
 
 def test_soft_drive_starts_where_the_stiff_one_does_without_a_jump_of_the_voltage():
     stiff, soft = batch(("voltage", "bit_speed")), batch(("voltage", "bit_speed"), drive_gains=(0.04, 0.06, 1.0))
     np.testing.assert_allclose(stiff.observations, soft.observations, atol=1e-6)
     mechanical = [0, 1, 2, 3, 4, 5]
-    np.testing.assert_array_equal(stiff.rigs["state"][:, mechanical], soft.rigs["state"][:, mechanical])
+    np.testing.assert_array_equal(stiff.episodes["state"][:, mechanical], soft.episodes["state"][:, mechanical])
     top = [np.ptp(steps(core, 100)[..., 0]) for core in (stiff, soft)]
     assert soft.rig == stiff.rig
-    assert not np.allclose(stiff.rigs["state"], soft.rigs["state"])
+    assert not np.allclose(stiff.episodes["state"], soft.episodes["state"])
     assert top[0] != top[1]
 
 
@@ -156,12 +156,14 @@ def test_soft_drive_starts_where_the_stiff_one_does_without_a_jump_of_the_voltag
 )
 def test_what_is_not_allowed_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        RigBatch(1, **arguments)
+        EpisodeBatch(1, **arguments)
 
 
 def test_sensors_of_ones_own():
     core = batch(("bit_speed", "speed_target"))
-    np.testing.assert_allclose(core.sensors.value(core.observations, "bit_speed"), core.rigs["state"][:, 2], atol=1e-6)
+    np.testing.assert_allclose(
+        core.sensors.value(core.observations, "bit_speed"), core.episodes["state"][:, 2], atol=1e-6
+    )
 
 
 def test_docstring_of_the_environment_holds_the_tables_of_both_ids():

@@ -4,7 +4,7 @@ import pytest
 
 import drillrig_env
 from baselines import Constant, JumpEase
-from drillrig_env.evaluation.contest import Contestant, config_of, face
+from drillrig_env.evaluation.contest import Contestant, config_of, run_contest
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results
@@ -18,7 +18,7 @@ def contestants(env="DrillRig-v0"):
     arguments = drillrig_env.ENVIRONMENTS[env]
     makers = {
         "constant": {"": lambda suite: Constant(arguments["sensors"], slew_limit=suite.slew_limit)},
-        "told": {"": lambda suite: JumpEase(arguments["sensors"], slew_limit=suite.slew_limit)},
+        "privileged": {"": lambda suite: JumpEase(arguments["sensors"], slew_limit=suite.slew_limit)},
         "seeds": {
             seed: lambda suite, beyond=beyond: JumpEase(
                 arguments["sensors"], slew_limit=suite.slew_limit, beyond=beyond
@@ -27,7 +27,7 @@ def contestants(env="DrillRig-v0"):
         },
     }
     return [
-        Contestant(name, members, arguments, () if name == "constant" else JumpEase.told)
+        Contestant(name, members, arguments, () if name == "constant" else JumpEase.privileged)
         for name, members in makers.items()
     ]
 
@@ -37,7 +37,7 @@ def compare(suites, env="DrillRig-v0", folder=None):
     config = config_of(env, suites, field, drillrig_env.__version__, "python eval.py", "constant")
     results = Results(config, provenance())
     for one in suites:
-        assert face(one, field, results, histories, folder) == []
+        assert run_contest(one, field, results, histories, folder) == []
     results.estimates = all_estimates(results.scores, "constant")
     return results, histories
 

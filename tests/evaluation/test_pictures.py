@@ -17,11 +17,11 @@ def words(picture):
 
 
 @pytest.mark.parametrize("plot", [plot_calming, plot_map, plot_scores])
-def test_pictures_name_every_policy_and_mark_who_is_told(comparison, plot):
+def test_pictures_name_every_policy_and_mark_who_is_privileged(comparison, plot):
     results, _ = comparison
     picture = plot(results, "default")
     text = " ".join(words(picture))
-    for name in ("constant", "told *", "seeds *"):
+    for name in ("constant", "privileged *", "seeds *"):
         assert name in text
     assert "24 rigs" in picture.caption
     assert "DrillRig-v0" in picture.caption
@@ -64,7 +64,7 @@ def test_histories_show_bit_speed_reference_and_torque_of_one_rig(comparison):
     assert [panel.get_ylabel() for panel in (speeds[0], torques[0])] == ["speed, rad/s", "string torque, N m"]
     kept = histories.of("load", "below")["constant"]
     np.testing.assert_array_equal(speeds[0].get_lines()[0].get_ydata(), kept["average"])
-    np.testing.assert_array_equal(torques[0].get_lines()[0].get_ydata(), kept["string_torque"])
+    np.testing.assert_array_equal(torques[0].get_lines()[0].get_ydata(), kept["torque_into_string"])
     assert speeds[0].get_ylim()[1] > kept["highest"].max()
     assert "ω_c = " in picture.caption
 

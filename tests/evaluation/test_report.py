@@ -8,22 +8,22 @@ from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import DIFFERENCES, HARDNESS, MAIN, differences
 
 
-def test_table_marks_who_is_told(comparison, capsys):
+def test_table_marks_who_is_privileged(comparison, capsys):
     results, _ = comparison
     scores = results.scores["default"]
     table = markdown_table(MAIN, rows(scores), results.marks)
-    assert "| told * |" in table
+    assert "| privileged * |" in table
     assert "| constant |" in table
     assert f"{scores['constant']['mitigated'].mean():.3f}" in table
     print_suite("title", scores, results.marks, "constant", details=True)
-    assert "told *" in capsys.readouterr().out
+    assert "privileged *" in capsys.readouterr().out
 
 
 def test_terminal_stays_within_80_columns_and_cuts_nothing(comparison, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     results, _ = comparison
     scores = results.scores["default"]
-    named = {"jump_ease_estimated": scores["told"], "feed_forward_start": scores["told"], **scores}
+    named = {"jump_ease_estimated": scores["privileged"], "feed_forward_start": scores["privileged"], **scores}
     print_suite("title", named, {"feed_forward_start": "*"}, "constant", details=True)
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
@@ -53,9 +53,9 @@ def test_seeds_are_pooled_as_interquartile_mean(comparison):
 def test_differences_are_those_of_the_means_on_the_same_rigs(comparison):
     results, _ = comparison
     scores = results.scores["load"]
-    row = difference_rows(scores, "constant")["told"]
+    row = difference_rows(scores, "constant")["privileged"]
     for name, score in (("cost", "cost"), ("mitigated", "mitigated"), ("to calm", "time_to_calm")):
-        assert row[name].value == pytest.approx(scores["told"][score].mean() - scores["constant"][score].mean())
+        assert row[name].value == pytest.approx(scores["privileged"][score].mean() - scores["constant"][score].mean())
     assert difference_rows(scores, "nobody") == {}
 
 

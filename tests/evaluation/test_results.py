@@ -22,7 +22,7 @@ def test_tables_from_the_files_are_those_of_the_run(comparison, tmp_path, compre
     results.save(tmp_path, compressed)
     again = read(tmp_path)
     assert again.rows == results.rows
-    assert again.told == {"constant": False, "told": True, "seeds": True}
+    assert again.privileged == {"constant": False, "privileged": True, "seeds": True}
     assert as_json(all_estimates(again.scores, "constant")) == as_json(again.estimates) == as_json(results.estimates)
 
 
@@ -37,7 +37,7 @@ def test_every_episode_is_a_row(comparison, tmp_path):
     content = json.loads((tmp_path / "results.json").read_text())
     assert content["provenance"]["versions"]["numpy"] == np.__version__
     assert content["config"]["suites"]["degraded"]["env"]["delay"] == [1, 5]
-    assert content["config"]["policies"]["told"]["told"] == ["normal_force", "mu_s", "mu_k", "v_b"]
+    assert content["config"]["policies"]["privileged"]["privileged"] == ["normal_force", "mu_s", "mu_k", "v_b"]
 
 
 def test_stored_estimates_read_as_they_were(comparison):

@@ -21,7 +21,7 @@ def episode(lowest, highest, average, target=2.0, **changes):
         "highest": np.array([highest], dtype=float),
         "average": np.array([average], dtype=float),
         "stuck": np.zeros((1, steps)),
-        "string_torque": np.ones((1, steps)),
+        "torque_into_string": np.ones((1, steps)),
         "highest_torque": np.ones((1, steps)),
         "speed_reference": np.full((1, steps), 2.0),
         "top_speed": np.full((1, steps), 2.0),

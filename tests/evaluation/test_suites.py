@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from baselines import Constant
-from drillrig_env.env.core import RigBatch
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.suites import EVALUATION_SEEDS, SUITES, suite
@@ -18,7 +18,7 @@ class Hold:
 
 
 def rigs_of(one):
-    batch = RigBatch(one.rigs, scenario=one.scenario, **one.env)
+    batch = EpisodeBatch(one.rigs, scenario=one.scenario, **one.env)
     uniforms = first_uniforms(one.first_seed, one.rigs)
     first = 0
     for count, options in one.groups:
@@ -37,7 +37,7 @@ def test_chapter_holds_the_chapters_cases():
 
 
 def test_load_starts_steady_at_a_low_force_and_steps_up():
-    rigs = rigs_of(suite("load", 200)).rigs
+    rigs = rigs_of(suite("load", 200)).episodes
     assert (rigs["normal_force"] >= 5.0).all()
     assert (rigs["normal_force"] <= 15.0).all()
     times, forces = rigs["load_times"], rigs["load_forces"]
@@ -52,13 +52,13 @@ def test_load_starts_steady_at_a_low_force_and_steps_up():
 def test_degraded_has_the_rigs_of_default_seen_late_with_noise():
     plain, degraded = rigs_of(suite("default", 100)), rigs_of(suite("degraded", 100))
     for name in ("normal_force", "mu_s", "mu_k", "v_b", "speed_target", "state"):
-        np.testing.assert_array_equal(plain.rigs[name], degraded.rigs[name])
-    assert set(degraded.rigs["delay"]) == {1, 2, 3, 4, 5}
+        np.testing.assert_array_equal(plain.episodes[name], degraded.episodes[name])
+    assert set(degraded.episodes["delay"]) == {1, 2, 3, 4, 5}
     assert suite("degraded", 1).slew_limit == 0.5 * suite("default", 1).slew_limit == 1.0
 
 
 def test_wide_draws_beyond_default():
-    wide = rigs_of(suite("wide", 200)).rigs
+    wide = rigs_of(suite("wide", 200)).episodes
     assert wide["normal_force"].max() > 35.0
     assert wide["mu_s"].max() > 0.6 * 1.05
 

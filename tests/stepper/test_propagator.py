@@ -142,22 +142,22 @@ def test_mirrored_rig_moves_in_the_mirror():
 
 
 def test_samples_inside_a_period_lie_on_the_solution():
-    from drillrig_env.env.core import RigBatch
+    from drillrig_env.env.core import EpisodeBatch
     from drillrig_env.env.generators import first_uniforms
 
-    core = RigBatch(1, scenario="nominal")
+    core = EpisodeBatch(1, scenario="nominal")
     core.reset(np.array([0]), first_uniforms(0, 1), {"normal_force": 20.0, "speed_target": 2.0, "start": "stick_slip"})
-    start = core.rigs["state"][0, :7].copy()
+    start = core.episodes["state"][0, :7].copy()
     fine = simulate(
         friction=Friction(20.0), initial_state=start, speed_reference=2.0, duration=5.0, sample_period=0.1 / 16
     )
     for step in range(50):
         core.step(np.zeros((1, 1), dtype=np.float32))
         inside = fine.bit_speed[1 + 16 * step : 17 + 16 * step]
-        torque = fine.string_torque[1 + 16 * step : 17 + 16 * step]
-        record = core.rigs[0]
+        torque = fine.torque_into_string[1 + 16 * step : 17 + 16 * step]
+        record = core.episodes[0]
         expected = [inside.min(), inside.max(), inside.mean(), torque.max(), torque[-1]]
-        found = [record[name] for name in ("lowest", "highest", "average", "highest_torque", "string_torque")]
+        found = [record[name] for name in ("lowest", "highest", "average", "highest_torque", "torque_into_string")]
         np.testing.assert_allclose(found, expected, atol=1e-6)
         assert record["stuck"] == np.mean(inside < 0.01)
 

@@ -30,7 +30,7 @@ def plot_histories(
     for column, policy in enumerate(chosen):
         _speeds(panels[0, column], kept[policy], target, omega_c)
         panels[0, column].set_title(label(policy, results.marks))
-        panels[1, column].plot(times(kept[policy]), kept[policy]["string_torque"], color=PURPLE)
+        panels[1, column].plot(times(kept[policy]), kept[policy]["torque_into_string"], color=PURPLE)
         panels[1, column].set_xlabel(TIME)
         panels[1, column].set_xticks([0, 20, 40, 60])
     panels[0, 0].set_ylim(-0.3, 1.05 * max(float(kept[policy]["highest"].max()) for policy in chosen))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env.evaluation.contest import Contestant, check_same, config_of, face
+from drillrig_env.evaluation.contest import Contestant, check_same, config_of, run_contest
 from drillrig_env.evaluation.histories import Histories, typical_rigs
 from drillrig_env.evaluation.results import Results, read
 from drillrig_env.evaluation.runner import run
@@ -19,7 +19,7 @@ class Hold:
 
 
 class Raises(Hold):
-    told = ("normal_force",)
+    privileged = ("normal_force",)
 
     def tell(self, info):
         raise RuntimeError("no telling")
@@ -47,7 +47,7 @@ def contestant(policy, name=None):
 def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
     field = [contestant(policy) for policy in (Raises, Flat, NotANumber, CannotBeMade, Hold)]
     results = Results({"policies": {}})
-    failures = face(SUITE, field, results, Histories(), tmp_path)
+    failures = run_contest(SUITE, field, results, Histories(), tmp_path)
     assert [failure.policy for failure in failures] == ["Raises", "Flat", "NotANumber", "CannotBeMade"]
     assert "no telling" in str(failures[0])
     assert "tell" in failures[0].trace
@@ -57,7 +57,7 @@ def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
     assert read(tmp_path).policies == results.policies == ["Hold"]
 
 
-def test_only_who_says_so_is_told():
+def test_only_who_says_so_is_privileged():
     class Listens(Hold):
         heard = 0
 
@@ -66,7 +66,7 @@ def test_only_who_says_so_is_told():
 
     run(Listens(), suite("default", 1))
     assert Listens.heard == 0
-    Listens.told = ("mu_s",)
+    Listens.privileged = ("mu_s",)
     run(Listens(), suite("default", 1))
     assert Listens.heard == 600
 
@@ -89,13 +89,15 @@ def test_what_is_there_is_not_run_again_and_the_order_stays(tmp_path):
     whole, _ = compare([SUITE, OTHER], folder=tmp_path / "whole")
     part = Results(whole.config, whole.provenance)
     field, kept = contestants(), Histories()
-    face(SUITE, field[1:2], part, kept, tmp_path / "part")
+    run_contest(SUITE, field[1:2], part, kept, tmp_path / "part")
     resumed = read(tmp_path / "part")
     ran = []
     for one in (SUITE, OTHER):
-        face(one, field, resumed, kept, tmp_path / "part", lambda name, done, of, one=one: ran.append((one.name, name)))
-    assert ("default", "told") not in ran
-    assert ("degraded", "told") in ran
+        run_contest(
+            one, field, resumed, kept, tmp_path / "part", lambda name, done, of, one=one: ran.append((one.name, name))
+        )
+    assert ("default", "privileged") not in ran
+    assert ("degraded", "privileged") in ran
     assert (tmp_path / "part" / "results.csv").read_bytes() == (tmp_path / "whole" / "results.csv").read_bytes()
 
 
@@ -122,8 +124,8 @@ def test_a_run_of_another_making_is_not_continued(change, words, tmp_path):
 def test_typical_rigs_are_chosen_by_the_physics(comparison):
     results, histories = comparison
     scores = results.scores["default"]
-    rigs = [typical_rigs(scores[policy]) for policy in ("constant", "told")]
+    rigs = [typical_rigs(scores[policy]) for policy in ("constant", "privileged")]
     assert rigs[0] == rigs[1]
     for region, rig in rigs[0].items():
         assert scores["constant"]["region"][rig] == region
-        assert set(histories.of("default", region)) == {"constant", "told", "seeds"}
+        assert set(histories.of("default", region)) == {"constant", "privileged", "seeds"}

@@ -1,4 +1,4 @@
-"""The three faces: contracts of Gymnasium and SB3, seeds, bad actions, and one result bit for bit."""
+"""The three variants: contracts of Gymnasium and SB3, seeds, bad actions, and one result bit for bit."""
 
 import subprocess
 import sys
@@ -139,10 +139,10 @@ def test_earlier_observations_keep_their_values():
 def test_single_refuses_bad_actions(bad):
     env = gym.make("DrillRig-v0").unwrapped
     env.reset(seed=0)
-    before = env.core.rigs.copy()
+    before = env.core.episodes.copy()
     with pytest.raises(ValueError, match="allowed"):
         env.step(bad)
-    np.testing.assert_array_equal(env.core.rigs, before)
+    np.testing.assert_array_equal(env.core.episodes, before)
 
 
 @pytest.mark.parametrize("bad", [np.array([[0.0], [np.nan], [0.0]]), np.zeros(3), np.zeros((2, 1))])
