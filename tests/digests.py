@@ -27,16 +27,19 @@ from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.suites import suite
+from drillrig_env.jit.threads import available_threads
 
 RECORD = Path(__file__).with_name("digests.json")
 STEPS, RIGS, SEED = 200, 200, 7
 
 
 def machine() -> str:
-    """What the bits depend on: processor, BLAS kernel and versions."""
+    """What the bits depend on: processor, BLAS kernel and threads, and versions."""
     processor = provenance()["machine"].rpartition(",")[0]
+    threads = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or available_threads()
     libraries = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "torch")]
-    return ", ".join([processor, os.environ.get("OPENBLAS_CORETYPE", "any BLAS kernel"), *libraries])
+    blas = f"{os.environ.get('OPENBLAS_CORETYPE', 'any BLAS kernel')} on {threads} threads"
+    return ", ".join([processor, blas, *libraries])
 
 
 def _actions(num_envs: int) -> np.ndarray:
