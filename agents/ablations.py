@@ -36,10 +36,10 @@ from agents.training.train import checked_config
 from agents.training.validation_rigs import VALIDATION_SEEDS
 from agents.variants import VARIANTS, Variant
 from drillrig_env.evaluation.provenance import provenance
-from drillrig_env.evaluation.results import replace as write_whole
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import default_suite
+from drillrig_env.files import write_text
 from drillrig_env.parameters import refuse
 
 COMMAND = "python -m agents.ablations"
@@ -123,7 +123,7 @@ def ablate(
         found = {one.name: found[one.name] for one in VARIANTS if one.name in found} | found
         content = {"command": command, "provenance": provenance(), "variants": found}
         output.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(output, (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode("utf-8"))
+        write_text(output, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
         scores = entry["runs"][seed]["scores"]
         shown = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if value is not None)
         print(f"{label}: {shown}; trained in {seconds:.0f} s", flush=True)

@@ -47,9 +47,10 @@ from drillrig_env.evaluation.contest import check_same, config_of, run_contest
 from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
-from drillrig_env.evaluation.results import Results, Scores, read, replace
+from drillrig_env.evaluation.results import Results, Scores, read
 from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
+from drillrig_env.files import write_text
 
 COMMAND = "python -m agents.shipping.ship"
 LEAST_SEEDS = 5
@@ -116,7 +117,7 @@ def ship(
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
     }
     text = json.dumps(_without_nan(content), indent=1, ensure_ascii=False) + "\n"
-    replace(target / SEEDS, text.encode("utf-8"))
+    write_text(target / SEEDS, text)
     write_card(name, trained)
     return target
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 from agents.policy.environment import batch_of
 from agents.training.hyperparameters import algorithm_class
+from drillrig_env.files import written_whole
 
 Arrays = dict[str, np.ndarray]
 _REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
@@ -51,10 +51,8 @@ def save_checkpoint(path: Path, model: BaseAlgorithm) -> None:
         arrays.update({f"replay.{name}": getattr(buffer, name)[filled] for name in _REPLAYED})
         arrays["replay.position"] = np.array([buffer.pos, int(buffer.full)])
     arrays.update({f"lstm.{i}": tensor.numpy() for i, tensor in enumerate(_recurrent_state(model))})
-    beside = path.with_suffix(".new")
-    with beside.open("wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
-    os.replace(beside, path)
+    with written_whole(path) as new:
+        np.savez(new, **arrays)  # type: ignore[arg-type]  # the stub takes a name for a flag
 
 
 def load_checkpoint(path: Path, algorithm: str, env: VecEnv) -> BaseAlgorithm:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import time
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.policy.run_folder import PROGRESS
 from agents.training.callbacks import Evaluate
+from drillrig_env.files import write_text
 
 _SECONDS = 1.0  # between two tellings
 _SECONDS_OF_LINES = 30.0  # where the output is a file
@@ -122,9 +122,7 @@ class ShowProgress(BaseCallback):
             self._numbers["steps_per_second"] = (self.num_timesteps - self._done) / (now - self._since)
         if self.evaluate:
             self._numbers["evaluated"] = self.evaluate.mitigated
-        beside = self.folder / f"{PROGRESS}.new"
-        beside.write_text(json.dumps(self._numbers) + "\n", encoding="utf-8")
-        os.replace(beside, self.folder / PROGRESS)
+        write_text(self.folder / PROGRESS, json.dumps(self._numbers) + "\n")
         if self.bars:
             self.bars.update(self._task, completed=self.num_timesteps, numbers=dict(self._numbers))
         if self.lines and now - self._line > _SECONDS_OF_LINES:

@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.evaluation.results import Scores, replace
+from drillrig_env.evaluation.results import Scores
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.evaluation.tables import best_first
+from drillrig_env.files import write_bytes
 
 FILE = "histories.npz"
 REGIONS = ("below", "bistable")
@@ -52,7 +53,7 @@ class Histories:
         arrays = {"|".join(key): np.stack([kept[name] for name in TRACES]) for key, kept in self.kept.items()}
         np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]  # the stub takes a name for a flag
         folder.mkdir(parents=True, exist_ok=True)
-        replace(folder / FILE, buffer.getvalue())
+        write_bytes(folder / FILE, buffer.getvalue())
 
 
 def read(folder: str | Path) -> Histories:

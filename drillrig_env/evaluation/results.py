@@ -11,7 +11,6 @@ import csv
 import io
 import json
 import lzma
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.evaluation.suites import SUITES
+from drillrig_env.files import write_bytes
 
 CSV, JSON = "results.csv", "results.json"
 COMPRESSED = ".xz"
@@ -116,10 +116,10 @@ class Results:
         text = json.dumps(_without_nan(content), indent=2, ensure_ascii=False) + "\n"
         rows = self.rows.encode("utf-8")
         if compressed:
-            replace(folder / (CSV + COMPRESSED), lzma.compress(rows, preset=9 | lzma.PRESET_EXTREME))
+            write_bytes(folder / (CSV + COMPRESSED), lzma.compress(rows, preset=9 | lzma.PRESET_EXTREME))
         else:
-            replace(folder / CSV, rows)
-        replace(folder / JSON, text.encode("utf-8"))
+            write_bytes(folder / CSV, rows)
+        write_bytes(folder / JSON, text.encode("utf-8"))
 
     def _take(self, header: str, lines: Mapping[tuple[str, str], list[str]]) -> None:
         self._header = header
@@ -154,13 +154,6 @@ def read(folder: str | Path) -> Results:
             blocks.setdefault((suite, policy), []).append(line)
         results._take(lines[0], blocks)
     return results
-
-
-def replace(path: Path, content: bytes) -> None:
-    """Write a file as a whole: it has either its old content or the new one at any moment."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    beside.write_bytes(content)
-    beside.replace(path)
 
 
 def _write(suite: str, policy: str, scores: Mapping[str, npt.NDArray[Any]]) -> str:

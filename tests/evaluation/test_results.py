@@ -8,7 +8,7 @@ import pytest
 
 from drillrig_env.evaluation.histories import read as read_histories
 from drillrig_env.evaluation.report import rows
-from drillrig_env.evaluation.results import read, replace
+from drillrig_env.evaluation.results import read
 from drillrig_env.evaluation.tables import all_estimates, stored_row
 
 
@@ -63,12 +63,3 @@ def test_a_folder_without_results_is_refused(tmp_path):
     (tmp_path / "results.json").write_text("{")
     with pytest.raises(ValueError, match="holds no results that can be read"):
         read(tmp_path)
-
-
-def test_a_file_is_replaced_as_a_whole(tmp_path, monkeypatch):
-    path = tmp_path / "file"
-    replace(path, b"old")
-    monkeypatch.setattr("pathlib.Path.replace", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
-    with pytest.raises(KeyboardInterrupt):
-        replace(path, b"new")
-    assert path.read_bytes() == b"old"

@@ -1,0 +1,101 @@
+"""What every command has in common: its parser, how it ends, and its exit code.
+
+| code | means |
+|---:|---|
+| 0 | done |
+| 1 | something failed: a policy, a training, a file that could not be written; one sentence says what |
+| 2 | the arguments are not allowed; one sentence says why, and nothing was done |
+| 130 | stopped by Ctrl-C (SIGINT) before the end; what was finished is kept |
+| 143 | stopped by SIGTERM before the end; what was finished is kept |
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, NoReturn, ParamSpec
+
+DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+
+P = ParamSpec("P")
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM has come. It passes through code as Ctrl-C does, and ends with an exit code of its own."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence, without the usage above it, and that takes no flag cut short."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        settings = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False, **settings}
+        super().__init__(*args, **settings)
+
+    def error(self, message: str) -> NoReturn:
+        """End with code 2 and a sentence that says what is not allowed."""
+        self.exit(BAD_ARGUMENTS, f"{self.prog}: error: {message}\nhelp: {self.prog} --help\n")
+
+    def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """The arguments; an unknown one ends with code 2 and the closest known flag."""
+        found, unknown = self.parse_known_args(args, namespace)
+        if unknown:
+            close = difflib.get_close_matches(unknown[0].partition("=")[0], self._option_string_actions, n=1)
+            self.error(f"unknown argument {unknown[0]}" + "".join(f"; did you mean {flag}?" for flag in close))
+        return found
+
+
+def command(main: Callable[P, int | None]) -> Callable[P, int]:
+    """`main` with the exit codes of every command: Ctrl-C, SIGTERM and a file that fails end in one line.
+
+    What a stop keeps, and how to go on, `main` adds as a note to the `KeyboardInterrupt` that it lets pass:
+
+    >>> except KeyboardInterrupt as stop:
+    ...     stop.add_note(f"to go on: python train.py --resume {folder}")
+    ...     raise
+    """
+
+    @wraps(main)
+    def run(*args: P.args, **settings: P.kwargs) -> int:
+        try:
+            with sigterm_as_exception():
+                return main(*args, **settings) or DONE
+        except KeyboardInterrupt as stop:
+            terminated = isinstance(stop, Terminated)
+            _say("; ".join([f"stopped by {'SIGTERM' if terminated else 'Ctrl-C'}", *getattr(stop, "__notes__", ())]))
+            return TERMINATED if terminated else INTERRUPTED
+        except BrokenPipeError:  # nobody reads on, as in `... | head`
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return FAILED
+        except OSError as error:
+            _say(f"error: {error}")
+            return FAILED
+
+    return run
+
+
+@contextmanager
+def sigterm_as_exception() -> Iterator[None]:
+    """While the block runs in the main thread, SIGTERM raises `Terminated` there."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    earlier = signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL if earlier is None else earlier)
+
+
+def _terminate(_number: int, _frame: object) -> None:
+    raise Terminated
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)

@@ -1,0 +1,155 @@
+"""Files that are whole or not there, and folders with one owner at a time.
+
+Whatever is cut short, by a kill, a full disk or an error, a file written with `written_whole` is the old one or
+the new one, never a part. A folder that is `owned` has one process that writes into it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import secrets
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+LOCK, OWNER = ".lock", ".owner"
+"""Files in a folder that is owned: the lock, which may stay behind and then means nothing, and the owner's number."""
+
+_ATTEMPTS, _PAUSE = 20, 0.05  # on Windows a file that another program is just reading cannot be replaced; s
+
+
+@contextmanager
+def written_whole(path: str | Path) -> Iterator[Path]:
+    """A path to write to; when the block ends, the file there takes the place of `path`, at once.
+
+    The file to write lies beside `path` and ends like it, as libraries want it. Where the block raises, `path`
+    is what it was and nothing is left beside it. A device such as /dev/stdout is written to as it is.
+
+    >>> with written_whole("model.zip") as new:
+    ...     model.save(new)
+
+    Raises what the block raises, and `OSError` naming `path` where it cannot be written.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        yield target
+        return
+    new = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
+    try:
+        yield new
+        if target.exists():
+            shutil.copymode(target, new)
+        _flush(new)
+        _replace(new, target)
+    except OSError as error:
+        if error.filename is not None and Path(error.filename) == new:
+            error.filename, error.filename2 = str(path), None
+        raise
+    finally:
+        with suppress(OSError):
+            new.unlink(missing_ok=True)
+    with suppress(OSError):  # a folder can be flushed on some systems only
+        _flush(target.parent)
+
+
+def write_bytes(path: str | Path, content: bytes) -> None:
+    """Write bytes as the whole content of a file. `OSError` where it cannot be written; then it is what it was."""
+    with written_whole(path) as new:
+        new.write_bytes(content)
+
+
+def write_text(path: str | Path, content: str) -> None:
+    """Write text as the whole content of a file, in UTF-8 and with plain line ends; otherwise as `write_bytes`."""
+    write_bytes(path, content.encode("utf-8"))
+
+
+def read_json(path: str | Path, remedy: str) -> dict[str, Any]:
+    """The object in a JSON file. `ValueError` with `remedy`, what to do, where it is damaged or no object."""
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path} is damaged: it is not JSON ({error}); {remedy}") from error
+    if not isinstance(content, dict):
+        raise ValueError(f"{path} is damaged: it holds no object but a {type(content).__name__}; {remedy}")
+    return content
+
+
+def digest(path: str | Path) -> str:
+    """The SHA-256 of a file's content, in hexadecimal digits."""
+    with Path(path).open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def check_writable(folder: str | Path) -> None:
+    """Raise `OSError`, naming the folder, where files cannot be written into it, there already or to be made.
+
+    To be asked before any work whose results go there. It leaves nothing behind, also not the folder.
+    """
+    folder = Path(folder)
+    nearest = next(path for path in (folder.absolute(), *folder.absolute().parents) if path.exists())
+    probe = nearest / f".{secrets.token_hex(8)}"
+    try:
+        probe.touch(exist_ok=False)
+        probe.unlink()
+    except OSError as error:
+        where = "" if nearest == folder.absolute() else f" ({nearest})"
+        raise type(error)(f"{folder}{where} cannot be written: {(error.strerror or str(error)).lower()}") from error
+
+
+@contextmanager
+def owned(folder: str | Path) -> Iterator[None]:
+    """Have a folder for oneself while the block runs. The folder is made where it is not there.
+
+    Raises `BlockingIOError`, naming the folder and the process that has it, where another has it, in this process
+    or in any other. The lock is the system's: it ends with its process, however that ends.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(folder / LOCK)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise BlockingIOError(
+            f"{folder} is in use by {_owner(folder)}; wait for it, or choose another folder"
+        ) from None
+    try:
+        write_text(folder / OWNER, f"{os.getpid()}\n")
+        yield
+    finally:
+        with suppress(OSError):
+            (folder / OWNER).unlink(missing_ok=True)
+        lock.release()
+
+
+def _owner(folder: Path) -> str:
+    try:
+        return f"process {int((folder / OWNER).read_text(encoding='utf-8'))}"
+    except (OSError, ValueError):  # it has the lock and has not written its number yet
+        return "another process"
+
+
+def _flush(path: Path) -> None:
+    """Bring what was written to the disk itself. (Windows flushes only what is open for writing.)"""
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() or os.name != "nt" else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _replace(new: Path, target: Path) -> None:
+    for _ in range(_ATTEMPTS if os.name == "nt" else 1):
+        try:
+            os.replace(new, target)
+            return
+        except PermissionError as error:
+            refused = error
+            time.sleep(_PAUSE)
+    raise refused

@@ -1,0 +1,85 @@
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from drillrig_env.command_line import Parser, Terminated, command
+
+STOPPED = """
+import signal, sys
+from drillrig_env.command_line import command
+
+@command
+def main():
+    try:
+        signal.raise_signal(getattr(signal, sys.argv[1]))
+    except KeyboardInterrupt as stop:
+        stop.add_note("two of three are kept")
+        raise
+
+raise SystemExit(main())
+"""
+
+
+@pytest.fixture
+def parser():
+    made = Parser(prog="python eval.py")
+    made.add_argument("--rigs", type=int)
+    return made
+
+
+def test_an_error_is_a_sentence_without_the_usage_above_it(parser, capsys):
+    with pytest.raises(SystemExit) as end:
+        parser.parse_args(["--rigs", "many"])
+    assert end.value.code == 2
+    said = capsys.readouterr().err
+    assert said.startswith("python eval.py: error: argument --rigs: invalid int value: 'many'\n")
+    assert "usage" not in said
+    assert "--help" in said
+
+
+def test_a_flag_cut_short_is_not_taken_for_another(parser, capsys):
+    with pytest.raises(SystemExit):
+        parser.parse_args(["--rig", "3"])
+    assert "unknown argument --rig; did you mean --rigs?" in capsys.readouterr().err
+    assert parser.parse_args(["--rigs", "3"]).rigs == 3
+
+
+@pytest.mark.parametrize(
+    ("stop", "code", "line"),
+    [(KeyboardInterrupt(), 130, "stopped by Ctrl-C\n"), (Terminated(), 143, "stopped by SIGTERM\n")],
+)
+def test_a_stop_is_one_line_and_a_code(stop, code, line, capsys):
+    def main():
+        raise stop
+
+    assert command(main)() == code
+    assert capsys.readouterr().err == line
+
+
+def test_a_file_that_fails_is_one_line_and_a_code(capsys):
+    def main(path):
+        path.read_text()
+
+    assert command(main)(Path("/nowhere/at all")) == 1
+    assert capsys.readouterr().err.startswith("error: ")
+    assert command(lambda: None)() == 0
+    assert command(lambda: 1)() == 1
+
+
+def test_handlers_are_given_back():
+    earlier = signal.getsignal(signal.SIGTERM)
+    assert command(lambda: 0)() == 0
+    assert signal.getsignal(signal.SIGTERM) is earlier
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals between processes")
+@pytest.mark.parametrize(("name", "code", "by"), [("SIGINT", 130, "Ctrl-C"), ("SIGTERM", 143, "SIGTERM")])
+def test_a_process_that_is_stopped_ends_with_its_note_and_code(name, code, by):
+    script = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n{STOPPED}"
+    ended = subprocess.run([sys.executable, "-c", script, name], capture_output=True, text=True)
+    assert ended.returncode == code
+    assert ended.stderr == f"stopped by {by}; two of three are kept\n"
