@@ -33,7 +33,6 @@ from agents.policy.environment import make_environment
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.progress import bars
 from agents.training.train import checked_config
-from agents.training.validation_rigs import VALIDATION_SEEDS
 from agents.variants import VARIANTS, Variant
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
@@ -41,6 +40,7 @@ from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import default_suite
 from drillrig_env.files import write_text
 from drillrig_env.parameters import refuse
+from drillrig_env.seeds import VALIDATION_SEEDS
 
 COMMAND = "python -m agents.ablations"
 FILE = Path("docs/agents/ablations.json")
@@ -135,7 +135,7 @@ def evaluate(agent: Agent, rigs: int, threads: int | None = None) -> dict[str, f
 
     None where there is no such rig.
     """
-    suite = replace(default_suite(rigs), name="validation", first_seed=VALIDATION_SEEDS)
+    suite = replace(default_suite(rigs), name="validation", first_seed=VALIDATION_SEEDS.start)
     shown = {name: agent.environment[name] for name in ("noise", "delay") if name in agent.environment}
     policy = agent.at_slew_limit(suite.slew_limit)
     scores = score(run(policy, suite, sensors=agent.environment["sensors"], threads=threads, **shown))

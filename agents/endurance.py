@@ -15,7 +15,8 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import play
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS, STICKING
+from drillrig_env.evaluation.suites import STICKING
+from drillrig_env.seeds import EVALUATION_SEEDS
 from drillrig_env.verdict import WINDOW, is_mitigated
 
 TIMES = (60.0, 120.0, 300.0, 600.0)
@@ -29,7 +30,7 @@ def endurance(agent: Agent, rigs: int = 200, times: Sequence[float] = TIMES) -> 
     """
     arguments = {**agent.environment, "duration": max(times), "scenario": "default"}
     core = EpisodeBatch(rigs, **arguments)
-    core.reset(np.arange(rigs), first_uniforms(EVALUATION_SEEDS, rigs), STICKING)
+    core.reset(np.arange(rigs), first_uniforms(EVALUATION_SEEDS.start, rigs), STICKING)
     window = round(WINDOW / CONTROL_PERIOD)
     traces = np.zeros((3, window, rigs))
     found = {}

@@ -23,6 +23,8 @@ from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead
 from agents.shipping.card import training_minutes
 from agents.shipping.export import EXAMPLE
+from drillrig_env import markdown
+from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
@@ -117,10 +119,9 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
     for name, seeds in found.items():
         config, tables = read_config(trained / name), seeds["pooled"]["default"]
         rows[f"[`{name}`](../agents/trained/{name}/README.md)"] = stored_row({**tables["main"], **tables["others"]})
-        about.append(
-            f"| `{name}` | `{config['env_id']}` | {config['algorithm']} | "
-            f"{config['hyperparameters']['n_timesteps']:,} | {training_minutes(seeds)} | {len(seeds['seeds'])} |"
-        )
+        steps = f"{config['hyperparameters']['n_timesteps']:,}"
+        minutes, count = training_minutes(seeds), len(seeds["seeds"])
+        about.append((f"`{name}`", f"`{config['env_id']}`", config["algorithm"], steps, minutes, count))
     return "\n".join(
         [
             "# The agents\n",
@@ -130,30 +131,22 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
             "an agent adds to it. The names below work wherever a policy is asked for, as in `python eval.py ppo`.\n",
             f"On {next(iter(found.values()))['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
             "mean over all training seeds with its 95 % bootstrap interval:\n",
-            markdown_table(_SHOWN, rows, {}).replace("| policy |", "| agent |", 1),
-            f"\n*{_SHOWN.caption[0].upper()}{_SHOWN.caption[1:]}.*\n",
-            "| agent | environment | algorithm | steps | training, min a seed | seeds |",
-            "|---|---|---|---:|---:|---:|",
-            *about,
+            markdown_table(_SHOWN, rows, {}, "agent"),
+            f"\n*{markdown.sentence(_SHOWN.caption)}*\n",
+            markdown.table(("agent", "environment", "algorithm", "steps", "training, min a seed", "seeds"), about, 3),
             "\nHeld calm at the target by the seed that ships, left to itself for longer than the suites' 60 s:\n",
-            *_endurance(found),
+            _endurance(found),
             "\nThe seed that ships is the one of median mitigated share, not the best one. Each agent's card has its "
             "scores in all suites, seed by seed, and where it fails.\n",
         ]
     )
 
 
-def _endurance(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
+def _endurance(found: Mapping[str, Mapping[str, Any]]) -> str:
     """How long each agent holds what it reached, as a table."""
     times = list(next(iter(found.values()))["endurance"])
-    return [
-        "| agent | " + " | ".join(f"{time} s" for time in times) + " |",
-        "|---|" + "---:|" * len(times),
-        *(
-            f"| `{name}` | " + " | ".join(f"{seeds['endurance'][time]:.3f}" for time in times) + " |"
-            for name, seeds in found.items()
-        ),
-    ]
+    rows = [[f"`{name}`", *(f"{seeds['endurance'][time]:.3f}" for time in times)] for name, seeds in found.items()]
+    return markdown.table(["agent", *(f"{time} s" for time in times)], rows)
 
 
 def _learning(found: Mapping[str, Mapping[str, Any]]) -> str:
@@ -161,18 +154,17 @@ def _learning(found: Mapping[str, Mapping[str, Any]]) -> str:
     lines = [
         "## How they learn\n",
         "![Share of rigs mitigated over training steps, every seed](images/agents/learning.png)\n",
-        "| agent | "
-        + " | ".join(f"steps to {level:g}" for level in _LEVELS)
-        + " | at the end, lowest to highest seed |",
-        "|---|" + "---:|" * (len(_LEVELS) + 1),
     ]
+    headings = ["agent", *(f"steps to {level:g}" for level in _LEVELS), "at the end, lowest to highest seed"]
+    rows = []
     for name, seeds in found.items():
         steps, shares = learning_curves(seeds)
         curve = interquartile_mean(shares, axis=0)
         passed = [
             f"{steps[np.argmax(curve >= level)]:,.0f}" if (curve >= level).any() else "never" for level in _LEVELS
         ]
-        lines.append(f"| `{name}` | {' | '.join(passed)} | {shares[:, -1].min():.3f} to {shares[:, -1].max():.3f} |")
+        rows.append([f"`{name}`", *passed, f"{shares[:, -1].min():.3f} to {shares[:, -1].max():.3f}"])
+    lines.append(markdown.table(headings, rows))
     lines.append(
         "\n*Steps after which the interquartile mean over the seeds first reaches a mitigated share, as far as the "
         "evaluations during training resolve it; these rigs are not those of the suites.*\n"
@@ -208,42 +200,39 @@ def _choices(docs: Path) -> str:
     ]
     for env_id in dict.fromkeys(one["env_id"] for one in variants.values()):
         own = [one for one in variants.values() if one["env_id"] == env_id]
-        steps = _listed({one["hyperparameters"]["n_timesteps"] for one in own})
+        steps = _numbers({one["hyperparameters"]["n_timesteps"] for one in own})
         lines += [
             f"`{env_id}`, all trained for {steps} steps, whatever the shipped agent had, and scored on "
-            f"{_listed({one['rigs'] for one in own})} rigs:\n",
-            "| choice | seeds | " + " | ".join(heading for heading, _, _ in _ABLATED) + " |",
-            "|---|---:|" + "---:|" * len(_ABLATED),
-            *map(_variant, own),
+            f"{_numbers({one['rigs'] for one in own})} rigs:\n",
+            markdown.table(["choice", "seeds", *(heading for heading, _, _ in _ABLATED)], map(_variant, own)),
             "",
         ]
     return "\n".join(lines)
 
 
-def _listed(numbers: set[int]) -> str:
-    return " or ".join(f"{number:,}" for number in sorted(numbers))
+def _numbers(found: set[int]) -> str:
+    return markdown.listed([f"{number:,}" for number in sorted(found)], "or")
 
 
-def _variant(one: Mapping[str, Any]) -> str:
+def _variant(one: Mapping[str, Any]) -> list[str]:
     cells = []
     for _, score, digits in _ABLATED:
         values = [run["scores"][score] for run in one["runs"].values() if run["scores"][score] is not None]
         low, high = (f"{end:.{digits}f}" for end in (min(values, default=np.nan), max(values, default=np.nan)))
         cells.append(f"{np.mean(values):.{digits}f} ({low} to {high})" if values else "none")
-    return f"| {one['words']} | {len(one['runs'])} | {' | '.join(cells)} |"
+    return [one["words"], str(len(one["runs"])), *cells]
 
 
 def _made(docs: Path, found: Mapping[str, Mapping[str, Any]]) -> str:
     """Commands, dates and machines behind the numbers."""
     lines = [f"## How it was made\n\nThis page and its pictures come from stored numbers with `{COMMAND}`.\n"]
     lines += [
-        f"- `{name}`: `{seeds['command']}`, {seeds['provenance']['date']}, {seeds['provenance']['machine']}"
-        for name, seeds in found.items()
+        f"- `{name}`: `{seeds['command']}`, {when_and_where(seeds['provenance'])}" for name, seeds in found.items()
     ]
     file = docs / "agents" / "ablations.json"
     if file.is_file():
         made = json.loads(file.read_text(encoding="utf-8"))
-        lines.append(f"- choices: `{made['command']}`, {made['provenance']['date']}, {made['provenance']['machine']}")
+        lines.append(f"- choices: `{made['command']}`, {when_and_where(made['provenance'])}")
     return "\n".join(lines) + "\n"
 
 

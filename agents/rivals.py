@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from drillrig_env import markdown
 from drillrig_env.evaluation.results import Results, read
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Column, Row, stored_row
@@ -43,7 +44,7 @@ def ahead(docs: Path, agents: Mapping[str, str]) -> str:
 
 def _of(name: str, env_id: str, results: Results, agents: set[str]) -> list[str]:
     """The table of one agent, or a sentence where no rival is ahead."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for suite, policies in results.estimates.items():
         if name not in policies:
             continue
@@ -56,30 +57,28 @@ def _of(name: str, env_id: str, results: Results, agents: set[str]) -> list[str]
                     for policy, row in rivals.items()
                     if bool(results.privileged.get(policy)) == told and row[heading].count
                 }
-                line = _compared(suite, _COLUMNS[heading], own[heading], group, "*" if told else "")
-                rows += [line] if line else []
+                row = _compared(suite, _COLUMNS[heading], own[heading], group, "*" if told else "")
+                rows += [row] if row else []
     if not rows:
         return [
             f"`{name}` in `{env_id}`: no rival has a better value of mitigated, time to calm or cost in any suite.\n"
         ]
-    head = ["| suite | score | agent | rival | its score | clear |", "|---|---|---:|---|---:|---|"]
-    return [f"`{name}` in `{env_id}`:\n", *head, *rows, ""]
+    headings = ("suite", "score", "agent", "rival", "its score", "clear")
+    return [f"`{name}` in `{env_id}`:\n", markdown.table(headings, rows, ("suite", "score", "rival", "clear")), ""]
 
 
-def _compared(suite: str, column: Column, own: Estimate, rivals: Mapping[str, Estimate], star: str) -> str:
-    """A row of the table if the best rival is ahead, else an empty text."""
+def _compared(suite: str, column: Column, own: Estimate, rivals: Mapping[str, Estimate], star: str) -> tuple[str, ...]:
+    """A row of the table if the best rival is ahead, else nothing."""
     if not rivals or not own.count:
-        return ""
+        return ()
     sign = 1.0 if column.heading in _LARGER_IS_BETTER else -1.0
     best = max(rivals, key=lambda policy: sign * rivals[policy].value)
     theirs = rivals[best]
     ours_text, theirs_text = (f"{one.value:.{column.digits}f}" for one in (own, theirs))
     if sign * (theirs.value - own.value) <= 0.0 or ours_text == theirs_text:
-        return ""
+        return ()
     clear = own.high < theirs.low if sign > 0 else own.low > theirs.high
-    return (
-        f"| `{suite}` | {column.heading} | {ours_text} | `{best}`{star} | {theirs_text} | {'yes' if clear else 'no'} |"
-    )
+    return (f"`{suite}`", column.heading, ours_text, f"`{best}`{star}", theirs_text, "yes" if clear else "no")
 
 
 def _row(tables: Mapping[str, Mapping[str, Mapping[str, float | None]]]) -> Row:

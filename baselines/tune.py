@@ -32,11 +32,9 @@ from drillrig_env.env.sensors import SENSORS
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS, Suite, suite
+from drillrig_env.evaluation.suites import Suite, suite
 from drillrig_env.parameters import closest, refuse
-
-TUNING_SEEDS = 500_000_000
-"""First seed of the rigs that a baseline is tuned on; those of the suites begin at EVALUATION_SEEDS."""
+from drillrig_env.seeds import TUNING_SEEDS
 
 RECORD = Path(__file__).with_name("tuned.json")
 """Where results are kept: a list, one entry for each controller and choice of sensors."""
@@ -45,10 +43,11 @@ _POPULATION = 6  # tries a generation, for each gain
 _COST = 0.1  # weight of the mean cost beside the share mitigated: orders what mitigates alike
 
 
-def tuning_suite(name: str, rigs: int, first_seed: int = TUNING_SEEDS) -> Suite:
-    """Draws as in the suite of that name, from training seeds. `ValueError` where they reach the evaluation's."""
-    if not 0 <= first_seed <= EVALUATION_SEEDS - rigs:
-        raise refuse("tune", "first seed", first_seed, "", f"0 to {EVALUATION_SEEDS - rigs}, below all evaluation")
+def tuning_suite(name: str, rigs: int, first_seed: int = TUNING_SEEDS.start) -> Suite:
+    """Draws as in the suite of that name, of rigs for tuning. `ValueError` where they are others'."""
+    last = TUNING_SEEDS.stop - rigs
+    if not TUNING_SEEDS.start <= first_seed <= last:
+        raise refuse("tune", "first seed", first_seed, "", f"{TUNING_SEEDS.start} to {last}, which are for tuning")
     return replace(suite(name, rigs), first_seed=first_seed)
 
 
@@ -136,7 +135,7 @@ def main() -> None:
     parser.add_argument("--rigs", type=int, default=150, help="rigs of each suite in a try (default: 150)")
     parser.add_argument("--budget", type=int, default=240, help="tries, about (default: 240)")
     parser.add_argument("--seed", type=int, default=0, help="of the search (default: 0)")
-    parser.add_argument("--first-seed", type=int, default=TUNING_SEEDS, help=f"of the rigs (default: {TUNING_SEEDS})")
+    parser.add_argument("--first-seed", type=int, default=TUNING_SEEDS.start, help="of the rigs (default: %(default)s)")
     parser.add_argument(
         "--check", type=int, default=1000, help="fresh rigs of each suite for the check (default: 1000)"
     )

@@ -1,4 +1,4 @@
-"""What the benchmarks share: medians of timings, memory, new processes, tables and JSON files."""
+"""What the benchmarks share: medians of timings, memory, new processes and JSON files."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from drillrig_env import markdown
 from drillrig_env.evaluation.provenance import processor, provenance
 
 LEAST_SECONDS = 0.02
@@ -120,16 +121,9 @@ def note(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
-def markdown(headings: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1) -> str:
-    """A table; all but the first `words` columns are numbers. Bars and line ends within a cell do not end it."""
-    rule = "|" + "---|" * words + "---:|" * (len(headings) - words)
-    cells = ([" ".join(cell.split()).replace("|", "\\|") for cell in row] for row in rows)
-    return "\n".join([f"| {' | '.join(headings)} |", rule, *(f"| {' | '.join(row)} |" for row in cells)])
-
-
 def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
     """Print a Markdown table."""
-    print(markdown(headings, rows, words=len(headings)))
+    print(markdown.table(headings, rows, words=len(headings)))
 
 
 def write_json(path: Path, results: dict[str, Any], *, announce: bool = True) -> None:

@@ -20,9 +20,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.measure import markdown, note
+from benchmarks.measure import note
 from benchmarks.parts import PARTS, Part
+from drillrig_env import markdown
 from drillrig_env.evaluation.pictures import draw
+from drillrig_env.evaluation.provenance import in_words
 
 COMMAND = "python -m benchmarks.page"
 NOT_UNDERSTOOD = (AttributeError, IndexError, KeyError, TypeError, ValueError)
@@ -93,7 +95,7 @@ def page(output: Path) -> str:
     found = {part.name: content for part in PARTS if (content := read(store / f"{part.name}.json")) is not None}
     words = notes(store / "notes.md")
     result = [line for part in PARTS for line in _result(part, found)]
-    parts = [_INTRODUCTION, *([markdown(["what", "result"], result, words=2) + "\n"] if result else [])]
+    parts = [_INTRODUCTION, *([markdown.table(["what", "result"], result, words=2) + "\n"] if result else [])]
     if "result" in words:
         parts.append(f"{words['result']}\n")
     parts += [_section(part, found.get(part.name), words.get(part.name, ""), output) for part in PARTS]
@@ -169,11 +171,8 @@ def _made(found: Mapping[str, Any]) -> str:
     lines = ["## How it was made\n"]
     for part in PARTS:
         if part.name in found:
-            made = found[part.name]["provenance"]
-            known = {**made["versions"], **found[part.name]["results"].get("versions", {})}
-            versions = ", ".join(f"{name} {number}" for name, number in known.items() if number)
-            where = f"{made['date']}, {machine_of(found[part.name])}, Python {made['python']}"
-            lines.append(f"- `{part.command}`: {where}, {versions}.")
+            beside = found[part.name]["results"].get("versions")
+            lines.append(f"- `{part.command}`: {in_words(found[part.name]['provenance'], beside)}.")
     return "\n".join(lines if len(lines) > 1 else [*lines, "Nothing has been measured yet."]) + "\n"
 
 

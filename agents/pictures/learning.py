@@ -11,6 +11,7 @@ import numpy as np
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from drillrig_env.arrays import FloatArray
 from drillrig_env.evaluation.statistics import interquartile_mean
+from drillrig_env.markdown import listed
 from drillrig_env.plots.style import BLUE, DARK, Picture, new_figure
 
 
@@ -43,12 +44,8 @@ def plot_learning(trained: Path = TRAINED) -> Picture:
     rigs = {read_config(trained / name)["eval_episodes"] for name in found}
     caption = (
         "Learning curves of the shipped agents: share of rigs mitigated in the evaluations during training "
-        f"({_listed(rigs)} rigs of the training side from developed stick-slip, no exploration), for each of "
-        f"{_listed(count)} seeds (thin) and as interquartile mean over them (thick). One million "
+        f"({listed(sorted(rigs), 'or')} rigs of the training side from developed stick-slip, no exploration), for "
+        f"each of {listed(sorted(count), 'or')} seeds (thin) and as interquartile mean over them (thick). One million "
         "steps are 28 hours of drilling."
     )
     return Picture(figure, caption)
-
-
-def _listed(numbers: set[int]) -> str:
-    return " or ".join(map(str, sorted(numbers)))

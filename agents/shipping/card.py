@@ -18,6 +18,7 @@ import numpy as np
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import MODEL, SEEDS, TRAINED, is_run, load_policy, read_config, read_seeds
+from drillrig_env import markdown
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, Row, Table, stored_row
 
@@ -109,38 +110,36 @@ def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
         f"On {seeds['rigs']['default']:,} held-out rigs a suite, the chapter's cases aside. Of {count} training seeds, "
         "the interquartile mean with its 95 % bootstrap interval over seeds:\n",
         _by_suite(MAIN, "main", seeds["pooled"]),
-        f"\n*{_sentence(MAIN.caption)}*\n",
+        f"\n*{markdown.sentence(MAIN.caption)}*\n",
         f"The shipped seed, {shipped}, is the median one by mitigated share in `default`; its scores, with 95 % "
         "intervals over rigs:\n",
         _by_suite(MAIN, "main", seeds["alone"]),
         "\nMitigated by hardness in `default`, all seeds and the shipped one:\n",
         _two_rows(HARDNESS, "hardness", seeds),
-        f"\n*{_sentence(HARDNESS.caption)}*\n",
+        f"\n*{markdown.sentence(HARDNESS.caption)}*\n",
         "Other scores in `default`:\n",
         _two_rows(OTHERS, "others", seeds),
-        f"\n*{_sentence(OTHERS.caption)}*\n",
+        f"\n*{markdown.sentence(OTHERS.caption)}*\n",
         f"Every seed in `default` (made with `{seeds['command']}`):\n",
-        "| seed | mitigated | below ω_c | bistable | above | to calm, s | cost | training, min |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
+    headings = ("seed", "mitigated", "below ω_c", "bistable", "above", "to calm, s", "cost", "training, min")
+    rows = []
     for seed, one in seeds["seeds"].items():
         row = one["scores"]
-        shares = " | ".join(_number(row[heading], 3) for heading in ("mitigated", "below ω_c", "bistable", "above"))
-        lines.append(
-            f"| {seed}{' (shipped)' if int(seed) == shipped else ''} | {shares} | {_number(row['to calm'], 1)} | "
-            f"{_number(row['cost'], 3)} | {_minutes(one['seconds'])} |"
-        )
-    return "\n".join(lines) + "\n"
+        shares = [_number(row[heading], 3) for heading in headings[1:5]]
+        others = (_number(row["to calm"], 1), _number(row["cost"], 3), _minutes(one["seconds"]))
+        rows.append([f"{seed}{' (shipped)' if int(seed) == shipped else ''}", *shares, *others])
+    return "\n".join([*lines, markdown.table(headings, rows)]) + "\n"
 
 
 def _failures(seeds: Mapping[str, Any]) -> str:
     held = seeds["endurance"]
+    shares = [["mitigated", *(f"{share:.3f}" for share in held.values())]]
     return (
         f"## Where it fails\n\nAll seeds together: {seeds['fails']}\n\n"
         "The suites' episodes last 60 s. The shipped seed, left to itself for longer, holds this share of rigs calm at "
         "the target:\n\n"
-        f"| after | {' | '.join(f'{time} s' for time in held)} |\n|---|{'---:|' * len(held)}\n"
-        f"| mitigated | {' | '.join(f'{share:.3f}' for share in held.values())} |\n\n"
+        f"{markdown.table(['after', *(f'{time} s' for time in held)], shares)}\n\n"
         "Rigs unlike those of the package (another string, "
         "another drive) were not tried: train anew for them.\n"
     )
@@ -173,10 +172,8 @@ def _training(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
     times = [one["seconds"] for one in seeds["seeds"].values()]
     machines = sorted({one["machine"] for one in seeds["seeds"].values()})
     versions = ", ".join(f"{package} {number}" for package, number in made["versions"].items() if number)
-    rows = "\n".join(f"| `{key}` | `{json.dumps(value)}` |" for key, value in chosen.items() if key != "env_kwargs")
-    kwargs = "\n".join(
-        f"| environment: `{key}` | `{json.dumps(value)}` |" for key, value in config["env_kwargs"].items()
-    )
+    rows = [(f"`{key}`", f"`{json.dumps(value)}`") for key, value in chosen.items() if key != "env_kwargs"]
+    rows += [(f"environment: `{key}`", f"`{json.dumps(value)}`") for key, value in config["env_kwargs"].items()]
     spent = (
         f"{training_minutes(seeds)} minutes a seed (median; {_minutes(min(times))} to {_minutes(max(times))})"
         if all(times)
@@ -186,7 +183,7 @@ def _training(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
         f"## Training\n\n```sh\n{shlex.join(['python', *config['command']])}\n```\n\n"
         f"Seed of what is shipped: {seeds['shipped']}. {chosen['n_timesteps']:,} steps; wall time, with what else "
         f"the machine did: {spent}. Machine: {'; '.join(machines)}. {made['date']}, Python {made['python']}, "
-        f"{versions}.\n\n| hyperparameter | value |\n|---|---|\n{rows}\n{kwargs}\n"
+        f"{versions}.\n\n{markdown.table(('hyperparameter', 'value'), rows, 2)}\n"
     )
 
 
@@ -199,20 +196,21 @@ def _beside(name: str, trained: Path) -> list[str]:
         return []
     lines = [
         f"## Beside the other agents of {env_id}\n",
-        "| agent | mitigated in `default` | steps | training, min | size, kB |",
-        "|---|---:|---:|---:|---:|",
     ]
+    headings = ("agent", "mitigated in `default`", "steps", "training, min", "size, kB")
+    rows = []
     for one, seeds in found.items():
         row = stored_row(seeds["pooled"]["default"]["main"])
         steps = read_config(trained / one)["hyperparameters"]["n_timesteps"]
         size = (trained / one / MODEL).stat().st_size / 1024
-        lines.append(f"| `{one}` | {row['mitigated'].value:.3f} | {steps:,} | {training_minutes(seeds)} | {size:.0f} |")
-    return ["\n".join(lines) + "\n"]
+        share = f"{row['mitigated'].value:.3f}"
+        rows.append((f"`{one}`", share, f"{steps:,}", training_minutes(seeds), f"{size:.0f}"))
+    return ["\n".join([*lines, markdown.table(headings, rows)]) + "\n"]
 
 
 def _by_suite(table: Table, name: str, suites: Mapping[str, Any]) -> str:
     rows: dict[str, Row] = {f"`{suite}`": stored_row(tables[name]) for suite, tables in suites.items()}
-    return markdown_table(table, rows, {}).replace("| policy |", "| suite |", 1)
+    return markdown_table(table, rows, {}, "suite")
 
 
 def _two_rows(table: Table, name: str, seeds: Mapping[str, Any]) -> str:
@@ -220,11 +218,7 @@ def _two_rows(table: Table, name: str, seeds: Mapping[str, Any]) -> str:
         "all seeds": stored_row(seeds["pooled"]["default"][name]),
         f"seed {seeds['shipped']}": stored_row(seeds["alone"]["default"][name]),
     }
-    return markdown_table(table, rows, {}).replace("| policy |", "| |", 1)
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
+    return markdown_table(table, rows, {}, "")
 
 
 def _number(value: float | None, digits: int) -> str:

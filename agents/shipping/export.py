@@ -20,9 +20,9 @@ import numpy as np
 
 from agents.policy.agent import Agent
 from agents.policy.run_folder import find_run, load_policy, shipped
-from agents.training.validation_rigs import VALIDATION_SEEDS
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.seeds import VALIDATION_SEEDS
 
 TOLERANCE = 1e-5
 """Largest difference from the agent that an export may have, rad/s^2."""
@@ -98,7 +98,7 @@ def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
 
     session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
     core = EpisodeBatch(episodes, **agent.environment)
-    core.reset(np.arange(episodes), first_uniforms(VALIDATION_SEEDS, episodes))
+    core.reset(np.arange(episodes), first_uniforms(VALIDATION_SEEDS.start, episodes))
     memory = {
         item.name: np.zeros((episodes, item.shape[1]), np.float32)
         for item in session.get_inputs()

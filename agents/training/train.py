@@ -19,9 +19,9 @@ from agents.training.callbacks import Checkpoint, Evaluate, Stopped
 from agents.training.checkpoint import load_checkpoint
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class, hyperparameters
 from agents.training.progress import ShowProgress
-from agents.training.validation_rigs import VALIDATION_SEEDS
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.parameters import refuse
+from drillrig_env.seeds import TRAINING_SEEDS
 
 _PARTS = 10
 """A training is evaluated, and its checkpoint written, this many times unless it is told otherwise."""
@@ -97,7 +97,7 @@ def checked_config(training: Training) -> dict[str, Any]:
     chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file)
     env_kwargs = {**chosen.get("env_kwargs", {}), **training.env_kwargs}
     environment_arguments(training.env_id, env_kwargs)
-    last = VALIDATION_SEEDS - chosen["n_envs"] - 1
+    last = TRAINING_SEEDS.stop - chosen["n_envs"] - 1
     if not 0 <= training.seed <= last:
         raise refuse("train", "seed", training.seed, "", f"0 to {last}")
     part = max(1, chosen["n_timesteps"] // _PARTS)

@@ -14,9 +14,7 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.suites import STICKING
-
-VALIDATION_SEEDS = 600_000_000
-"""Rig i of the evaluation during training has the seed VALIDATION_SEEDS + i; training takes seeds below only."""
+from drillrig_env.seeds import VALIDATION_SEEDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +32,7 @@ def validate(agent: Agent, arguments: Mapping[str, Any], rigs: int) -> Validatio
     `arguments` are those of `EpisodeBatch`. No generator of the training is touched.
     """
     core = EpisodeBatch(rigs, **arguments)
-    core.reset(np.arange(rigs), first_uniforms(VALIDATION_SEEDS, rigs), STICKING)
+    core.reset(np.arange(rigs), first_uniforms(VALIDATION_SEEDS.start, rigs), STICKING)
     returns = np.zeros(rigs)
     for _ in play(agent, core):
         returns += core.episodes["reward"]

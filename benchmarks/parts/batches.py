@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import Line, count_axis, draw_lines, name_lines, styled
 from benchmarks.parts.part import OWN, Part, Results, digits, power, times
 from benchmarks.parts.solvers import LIMITS
+from drillrig_env import markdown
 from drillrig_env.plots.style import Picture, new_figure
 
 BATCH = 4096  # rigs for which solvers are compared
@@ -62,7 +62,7 @@ def tables(results: Results) -> list[str]:
     heads = ["median error, rad/s", *(f"{size:,}" for size in sizes), "B a rig", "compiled in, s"]
     stopped = [f"- {batch_name(one)}: {one['not_run']}." for one in found if "not_run" in one]
     return [
-        markdown(["solver, tolerance", *heads], rows),
+        markdown.table(["solver, tolerance", *heads], rows),
         *(["Sizes that were not run:\n\n" + "\n".join(stopped)] if stopped else []),
     ]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import Line, count_axis, draw_lines, name_lines, styled
 from benchmarks.parts.part import CARTPOLE, RIG, Part, Results, amount, duration, times
+from drillrig_env import markdown
 from drillrig_env.plots.style import Picture, new_figure
 
 BATCH = 4096  # copies for which the speed is quoted
@@ -41,10 +41,10 @@ def tables(results: Results) -> list[str]:
         rates = {name: [_rate(results, size, name, way) for size in sizes] for name in results["environments"]}
         rows = [[name, *map(amount, found)] for name, found in rates.items() if any(found)]
         blocks += [f"Steps a second, {words}, by number of copies:"]
-        blocks += [markdown(["environment", *(f"{size:,}" for size in sizes)], rows)]
+        blocks += [markdown.table(["environment", *(f"{size:,}" for size in sizes)], rows)]
     rows = [[name, _draw(results, name), about] for name, about in results["environments"].items()]
     heads = ["environment", "drawing one action", "what a step is, and the fixed action"]
-    return [*blocks, markdown(heads, rows, words=len(heads))]
+    return [*blocks, markdown.table(heads, rows, words=len(heads))]
 
 
 def _draw(results: Results, name: str) -> str:

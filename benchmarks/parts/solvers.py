@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.measure import markdown
 from benchmarks.parts.named_lines import draw_lines, name_lines, styled
 from benchmarks.parts.part import OWN, Part, Results, duration, power, times
+from drillrig_env import markdown
 from drillrig_env.plots.style import Picture, new_figure
 
 LIMITS = (1e-3, 1e-6)  # rad/s, errors of the bit speed at which solvers are compared
@@ -43,7 +43,7 @@ def best_table(found: Sequence[Results]) -> str:
             ratio = times(one["seconds_for_50_s"] / own["seconds_for_50_s"]) if one and own else "-"
             rows[name] += [duration(one["seconds_for_50_s"]), one["setting"], ratio] if one else ["-", "-", "-"]
     heads = [head for limit in LIMITS for head in (f"error ≤ {power(limit)}", "setting", f"times {OWN}'s")]
-    return markdown(["solver", "what it is given", *heads], rows.values(), words=2)
+    return markdown.table(["solver", "what it is given", *heads], rows.values(), words=2)
 
 
 def fastest(found: Sequence[Results], solver: str, limit: float) -> Results | None:
@@ -68,7 +68,7 @@ def every_table(found: Sequence[Results]) -> str:
             cells += [f"{one['simulated_s_per_s']:,.0f}", f"{one['compile_s']:.1f}"]
         rows.append([one["solver"], one["version"], one["setting"], *cells])
     heads = ["error, rad/s", "time for 50 s", "simulated s a second", "compiled in, s"]
-    return markdown(["solver", "version", "setting", *heads], rows, words=3)
+    return markdown.table(["solver", "version", "setting", *heads], rows, words=3)
 
 
 def plot(results: Results, made: str) -> Picture:

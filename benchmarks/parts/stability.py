@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.measure import markdown
 from benchmarks.parts.part import Part, Results, duration
+from drillrig_env import markdown
 
 
 def result(results: Results) -> list[tuple[str, str]]:
@@ -25,7 +25,7 @@ def tables(results: Results) -> list[str]:
         for name, one in results.get("hopf_to_fold", {}).items()
     ]
     heads = ["Hopf point to fold, 10 N", "remark", "Hopf point, rad/s", "fold, rad/s", "seconds"]
-    tables = [markdown(["DrillRig, 10 N", "time"], seconds), markdown(heads, peers, words=2)]
+    tables = [markdown.table(["DrillRig, 10 N", "time"], seconds), markdown.table(heads, peers, words=2)]
     if "agree" in (found := results.get("map", {})):
         side = round(found["points"] ** 0.5)
         tables.append(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.measure import markdown
 from benchmarks.parts.part import Part, Results, duration
+from drillrig_env import markdown
 
 
 def result(results: Results) -> list[tuple[str, str]]:
@@ -32,7 +32,7 @@ def tables(results: Results) -> list[str]:
                 rows.append([f"{case}, {words}", *cells])
         if "fails" in found:
             failures.append(f"{case.capitalize()}: fails with `{found['fails']}`.")
-    return [markdown(["seconds for", *tasks], rows), *failures]
+    return [markdown.table(["seconds for", *tasks], rows), *failures]
 
 
 STARTUP = Part(

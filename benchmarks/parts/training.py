@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.measure import markdown
 from benchmarks.parts.part import RIG, Part, Results, amount, duration
+from drillrig_env import markdown
 from drillrig_env.plots.style import BLUE, GREEN, GREY, VERMILLION, Picture, new_figure
 
 _PHASES = {"env": ("environment", BLUE), "policy": ("policy", GREEN), "update": ("update", VERMILLION)}
@@ -39,7 +39,7 @@ def tables(results: Results) -> list[str]:
         rows.append([row["algorithm"].upper(), row["environment"], *numbers, *speeds, *goal, *shares])
     heads = ["algorithm", "environment", "copies", "cores", "PyTorch threads", "steps/s", "steps/s, env alone"]
     heads += [f"s to {results['goal']:g}", f"steps to {results['goal']:g}", "env %", "policy %", "update %", "rest %"]
-    return [markdown(heads, rows, words=2)]
+    return [markdown.table(heads, rows, words=2)]
 
 
 def plot(results: Results, made: str) -> Picture:

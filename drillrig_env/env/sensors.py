@@ -22,6 +22,7 @@ from typing import Literal
 
 import numpy as np
 
+from drillrig_env import markdown
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
 
@@ -211,8 +212,15 @@ def observation_table(sensors: str | Sequence[str] = "state") -> str:
     | 4 | `speed_target`, what the operator wants, omega* | rad/s | 3.0 | 2.0 | 0 |
     """
     chosen = Sensors.named(sensors)
-    lines = ["| Num | Channel | Unit | Offset | Scale | Noise |", "|---|---|---|---|---|---|"]
-    for number, channel in enumerate(chosen.channels):
-        cells = (number, f"`{channel.name}`, {channel.meaning}", channel.unit, channel.offset, channel.scale)
-        lines.append(f"| {' | '.join(str(cell) for cell in cells)} | {chosen.noise * channel.noise:g} |")
-    return "\n".join(lines)
+    rows = [
+        (
+            number,
+            f"`{channel.name}`, {channel.meaning}",
+            channel.unit,
+            channel.offset,
+            channel.scale,
+            f"{chosen.noise * channel.noise:g}",
+        )
+        for number, channel in enumerate(chosen.channels)
+    ]
+    return markdown.table(("Num", "Channel", "Unit", "Offset", "Scale", "Noise"), rows, words=6)

@@ -9,6 +9,7 @@ import numpy as np
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import HARDNESS, Row, Scores, stored_row
+from drillrig_env.markdown import listed
 
 _LEAST = 20
 """A share is called a policy's worst only where it stands on as many episodes."""
@@ -62,7 +63,7 @@ def _winners(words: str, rows: Mapping[str, Row], heading: str, told: Mapping[st
     level = [policy for policy, one in fair.items() if policy != best and one.high >= fair[best].low]
     text = f"{words} `{best}` mitigates {fair[best].value:.1%} ({fair[best].low:.1%} to {fair[best].high:.1%})"
     if level:
-        shares = _listed([f"`{policy}` ({fair[policy].value:.1%})" for policy in level])
+        shares = listed([f"`{policy}` ({fair[policy].value:.1%})" for policy in level])
         text += f", with an interval that overlaps those of {shares}"
     if others:
         top = max(others, key=lambda policy: others[policy].value)
@@ -92,8 +93,4 @@ def _fates(scores: Scores | None) -> str:
         "shake": ~calm & ~standing,
     }
     parts = [f"{np.mean(kind):.0%} {words}" for words, kind in kinds.items() if kind.any()]
-    return f" Of the rigs of `default` that it does not mitigate {_listed(parts)}."
-
-
-def _listed(parts: list[str]) -> str:
-    return parts[0] if len(parts) == 1 else ", ".join(parts[:-1]) + f" and {parts[-1]}"
+    return f" Of the rigs of `default` that it does not mitigate {listed(parts)}."

@@ -17,9 +17,11 @@ import drillrig_env
 from drillrig_env.evaluation import histories as histories_of
 from drillrig_env.evaluation.findings import where_each_fails, who_wins
 from drillrig_env.evaluation.histories import Histories, worth_showing
+from drillrig_env.evaluation.provenance import in_words
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.results import MARKS, Results, read
 from drillrig_env.evaluation.tables import DIFFERENCES, TABLES, Row, Table, differences, stored_row
+from drillrig_env.markdown import sentence
 
 COMMAND = "python -m drillrig_env.evaluation.page"
 PICTURES = {
@@ -151,11 +153,7 @@ def _table(results: Results, suite: str, name: str, table: Table) -> list[str]:
         "differences": f"Less `{results.config['reference']}` on the same rigs:\n\n",
         "loss": "What noise, delay and half the slew cost: each policy less itself in `default`, on the same rigs:\n\n",
     }
-    return [f"{heads.get(name, '')}{markdown_table(table, rows, results.marks)}\n\n*{_sentence(table.caption)}*\n"]
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."
+    return [f"{heads.get(name, '')}{markdown_table(table, rows, results.marks)}\n\n*{sentence(table.caption)}*\n"]
 
 
 def _between(stored: Mapping[str, Results]) -> list[str]:
@@ -171,7 +169,7 @@ def _between(stored: Mapping[str, Results]) -> list[str]:
     return [
         f"## From {rich} to {poor}\n",
         f"Each policy in `default` with the sensors of {poor}, less itself with those of {rich}, on the same rigs:\n",
-        f"{markdown_table(DIFFERENCES, rows, second.marks)}\n\n*{_sentence(DIFFERENCES.caption)}*\n",
+        f"{markdown_table(DIFFERENCES, rows, second.marks)}\n\n*{sentence(DIFFERENCES.caption)}*\n",
     ]
 
 
@@ -179,9 +177,7 @@ def _made(stored: Mapping[str, Results]) -> str:
     """Command, date, machine and versions of every set of results."""
     lines = ["## How it was made\n"]
     for env, results in stored.items():
-        made = results.provenance
-        versions = ", ".join(f"{name} {number}" for name, number in made["versions"].items() if number)
-        lines.append(f"{env}: {made['date']}, {made['machine']}, Python {made['python']}, {versions}.\n")
+        lines.append(f"{env}: {in_words(results.provenance)}.\n")
         lines.append(f"```sh\n{results.config['command']}\n```\n")
     return "\n".join(lines)
 

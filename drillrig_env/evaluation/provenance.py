@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -22,6 +23,18 @@ def provenance() -> dict[str, Any]:
         "machine": f"{platform.system()} {platform.machine()}, {processor()}, {cores} core{'s' * (cores > 1)}",
         "versions": {package: _version(package) for package in _PACKAGES},
     }
+
+
+def when_and_where(made: Mapping[str, Any]) -> str:
+    """Date and machine of a `provenance`, as pages say it."""
+    return f"{made['date']}, {made['machine']}"
+
+
+def in_words(made: Mapping[str, Any], beside: Mapping[str, str | None] | None = None) -> str:
+    """All of a `provenance` as pages say it; `beside` are versions of packages that it does not name."""
+    known = {**made["versions"], **(beside or {})}
+    versions = ", ".join(f"{name} {number}" for name, number in known.items() if number)
+    return f"{when_and_where(made)}, Python {made['python']}, {versions}"
 
 
 def processor() -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from drillrig_env import markdown
 from drillrig_env.evaluation.results import MARKS, label
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import (
@@ -35,14 +36,14 @@ def difference_rows(results: Mapping[str, Scores], reference: str) -> dict[str, 
     }
 
 
-def markdown_table(table: Table, found: Mapping[str, Row], marks: Mapping[str, str]) -> str:
-    """A table in Markdown, a row a policy; intervals at 95 % behind the values."""
-    lines = ["| policy | " + " | ".join(table.headings) + " |", "|---|" + "---:|" * len(table.headings)]
+def markdown_table(table: Table, found: Mapping[str, Row], marks: Mapping[str, str], first: str = "policy") -> str:
+    """A table in Markdown, a row a policy under the heading `first`; intervals at 95 % behind the values."""
+    lines = []
     for policy, row in found.items():
         cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
         texts = [f"{value} ({interval.replace(' ', ' to ')})" if interval else value for value, interval in cells]
-        lines.append(f"| {label(policy, marks)} | " + " | ".join(texts) + " |")
-    return "\n".join(lines)
+        lines.append([label(policy, marks), *texts])
+    return markdown.table([first, *table.headings], lines)
 
 
 def print_table(title: str, table: Table, found: Mapping[str, Row], marks: Mapping[str, str]) -> None:

@@ -11,10 +11,7 @@ import numpy as np
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.parameters import closest, refuse
-
-EVALUATION_SEEDS = 1_000_000_000
-"""Rig i of a suite has the seed EVALUATION_SEEDS + i; training takes seeds below only."""
-
+from drillrig_env.seeds import EVALUATION_SEEDS
 
 STICKING: dict[str, Any] = {"start": "stick_slip", "load_steps": []}
 """The reset options of an episode from developed stick-slip at a constant normal force."""
@@ -33,7 +30,7 @@ class Suite:
     scenario: Scenario
     groups: tuple[tuple[int, dict[str, Any]], ...]
     env: Mapping[str, Any] = field(default_factory=dict)
-    first_seed: int = EVALUATION_SEEDS
+    first_seed: int = EVALUATION_SEEDS.start
 
     @property
     def rigs(self) -> int:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cache
 
+from drillrig_env import markdown
 from drillrig_env.validation import diagrams, equations, local_stability, low_end, time_responses
 from drillrig_env.validation.check import Check
 from drillrig_env.validation.out_of_reach import OUT_OF_REACH
@@ -41,8 +41,8 @@ def page() -> str:
         "\n".join(f"- {check.where}: {check.statement}." for check in differ),
     ]
     for topic, checks in topics.items():
-        parts += [f"## {topic}", _table(_HEADER, [_cells(check) for check in checks])]
-    parts += ["## What cannot be checked", _table(("where", "what", "why"), OUT_OF_REACH)]
+        parts += [f"## {topic}", markdown.table(_HEADER, [_cells(check) for check in checks], len(_HEADER))]
+    parts += ["## What cannot be checked", markdown.table(("where", "what", "why"), OUT_OF_REACH, 3)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -54,8 +54,3 @@ def _cells(check: Check) -> tuple[str, ...]:
     if check.difference is not None:
         difference = f"{check.difference:+.2g} ({check.tolerance:g})"
     return (check.where, check.statement, check.printed, check.computed, difference, check.verdict)
-
-
-def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -9,7 +9,7 @@ import torch
 from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import is_run, load_policy, read_config
 from agents.training.train import Training, train
-from agents.training.validation_rigs import VALIDATION_SEEDS
+from drillrig_env.seeds import TRAINING_SEEDS
 
 SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
 SHORT = {"duration": 3.0}
@@ -73,7 +73,7 @@ def test_bad_settings_are_refused_before_anything_is_written(tmp_path):
         ({"hyperparams": {"gama": 1}}, "did you mean gamma"),
         ({"seed": -1}, "seed = -1"),
         ({"seed": 10**9}, "seed"),
-        ({"seed": VALIDATION_SEEDS}, "seed"),
+        ({"seed": TRAINING_SEEDS.stop}, "seed"),
         ({"env_kwargs": {"sensors": "none"}}, "sensors"),
         ({"env_kwargs": {"slew_limt": 1.0}}, "did you mean slew_limit"),
         ({"env_kwargs": {"reward": {"traking": 1.0}}}, "did you mean tracking"),

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from baselines import BASELINES
-from baselines.tune import RECORD, TUNING_SEEDS, keep, measure, search, tuning_suite
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS
+from baselines.tune import RECORD, keep, measure, search, tuning_suite
+from drillrig_env.seeds import EVALUATION_SEEDS, TUNING_SEEDS
 
 ENTRIES = json.loads(RECORD.read_text(encoding="utf-8"))
 
@@ -20,7 +20,8 @@ def test_all_tuned_values_are_on_record_and_from_training_seeds():
     kept = {(entry["controller"], sensors) for entry in ENTRIES for sensors in entry["sensors"]}
     assert kept == {(name, sensors) for name, kind in BASELINES.items() for sensors in kind.tuned_values}
     for entry in ENTRIES:
-        assert entry["first_seed"] + entry["rigs"] + entry["fresh_rigs"] <= EVALUATION_SEEDS
+        assert entry["first_seed"] in TUNING_SEEDS
+        assert entry["first_seed"] + entry["rigs"] + entry["fresh_rigs"] - 1 in TUNING_SEEDS
 
 
 def test_search_is_repeatable_and_better_than_a_bad_gain():
@@ -33,9 +34,9 @@ def test_search_is_repeatable_and_better_than_a_bad_gain():
 
 
 def test_tuning_suite_keeps_off_the_seeds_of_the_evaluation():
-    assert tuning_suite("load", 10).first_seed == TUNING_SEEDS
+    assert tuning_suite("load", 10).first_seed == TUNING_SEEDS.start
     with pytest.raises(ValueError, match="tune: first seed = 999999999 is not allowed"):
-        tuning_suite("default", 10, EVALUATION_SEEDS - 1)
+        tuning_suite("default", 10, EVALUATION_SEEDS.start - 1)
 
 
 def test_an_entry_takes_the_place_of_an_earlier_one_for_the_same_sensors(tmp_path):

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 import benchmarks.page
-from benchmarks.measure import markdown
 from benchmarks.page import COMMAND, main, page, read, store_of
 from benchmarks.parts import PARTS
 from benchmarks.parts.named_lines import spread
@@ -232,10 +231,6 @@ def test_names_beside_lines_keep_their_order_and_distance():
     assert all(b - a >= 0.2 - 1e-12 for a, b in pairwise(places))
     assert sum(places[:3]) == pytest.approx(0.03)
     assert spread([], 0.1) == []
-
-
-def test_table_marks_columns_of_numbers():
-    assert markdown(["a", "b"], [["x", "1\n2"]]) == "| a | b |\n|---|---:|\n| x | 1 2 |"
 
 
 @pytest.mark.skipif(

@@ -9,7 +9,8 @@ from baselines import Constant
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import run
-from drillrig_env.evaluation.suites import EVALUATION_SEEDS, SUITES, suite
+from drillrig_env.evaluation.suites import SUITES, suite
+from drillrig_env.seeds import EVALUATION_SEEDS
 
 
 class Hold:
@@ -85,7 +86,7 @@ def test_a_definition_is_plain_and_tells_suites_apart():
     texts = {name: json.dumps(suite(name, 5).definition()) for name in SUITES}
     assert len(set(texts.values())) == len(SUITES)
     assert json.loads(texts["degraded"])["env"] == {"noise": 2.0, "delay": [1, 5], "slew_limit": 1.0}
-    assert json.loads(texts["default"])["first_seed"] == EVALUATION_SEEDS
+    assert json.loads(texts["default"])["first_seed"] == EVALUATION_SEEDS.start
 
 
 def test_unknown_suite_is_refused():
