@@ -13,7 +13,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import rate_action
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 
 
 class Baseline(ABC):
@@ -41,10 +41,10 @@ class Baseline(ABC):
     slow: ClassVar[bool] = False
 
     def __init__(
-        self, sensors: str | tuple[str, ...] = "state", rig: Rig | None = None, slew_limit: float = SLEW_LIMIT
+        self, sensors: str | tuple[str, ...] = "state", rig: RigLike = None, slew_limit: float = SLEW_LIMIT
     ) -> None:
         self.sensors = Sensors.named(sensors)
-        self.rig = rig or Rig()
+        self.rig = Rig.of(rig)
         self.slew_limit = slew_limit
         self._privileged_values: dict[str, FloatArray] = {}
         lacking = self._lacking(self.sensors)

@@ -15,7 +15,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import Friction
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 from drillrig_env.stability import critical_speed
 
 _PHASE, _STEPS, _TORQUE, _SPEED, _SQUARE, _WOUND, _WINDING = range(7)
@@ -69,7 +69,7 @@ class FeedForwardStart(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         acceleration: float | None = None,
         build_up: float | None = None,

@@ -21,7 +21,7 @@ from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian, state_equations
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability import basin_depth, critical_slope, critical_speed, fold_speed
 
 _MEAN_TIME = 10.0  # s, of the torque's mean
@@ -51,7 +51,7 @@ class JumpEase(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         margin: float = 0.1,
         beyond: float = 0.1,

@@ -15,7 +15,7 @@ from baselines.jump_ease import JumpEase
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.friction import Friction
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 from drillrig_env.stability import fold_speed
 from drillrig_env.verdict import STUCK_SPEED
 
@@ -52,7 +52,7 @@ class JumpEaseEstimated(JumpEase):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         spread: float = 0.1,
     ) -> None:

@@ -21,7 +21,7 @@ from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import Friction
 from drillrig_env.model import frictionless_state
 from drillrig_env.parameters import refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 _SLOPES = np.geomspace(0.002, 0.25, 32)
 """Friction slopes s that gains are designed for, N m s/rad: up to 20 times what the bare drive can bear."""
@@ -93,7 +93,7 @@ class LQG(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         twisting: float | None = None,
         effort: float | None = None,

@@ -21,7 +21,7 @@ from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 KNOTS = 16
 """Knots of a plan; the set-point moves from one to the next in even steps of the feedback."""
@@ -86,7 +86,7 @@ class MPPI(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         samples: int = 32,
         temperature: float = 0.05,

@@ -15,7 +15,7 @@ from baselines.baseline import Baseline
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.parameters import POSITIVE, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 
 class SoftTorque(Baseline):
@@ -36,7 +36,7 @@ class SoftTorque(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         proportional: float | None = None,
         integral: float | None = None,

@@ -19,7 +19,7 @@ from baselines.string_torque import (
 )
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 _TIME, _HEIGHT = MEMORY + OSCILLATION_MEMORY, MEMORY + OSCILLATION_MEMORY + 1  # columns of memory
 _MEAN_TIME = 5.0  # s, of the torque's mean: about two cycles, so that a step of the load is soon forgotten
@@ -55,7 +55,7 @@ class SpeedPulse(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         strength: float | None = None,
         phase: float | None = None,

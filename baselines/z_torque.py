@@ -19,7 +19,7 @@ from baselines.string_torque import (
 )
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 _SQUARE = MEMORY + OSCILLATION_MEMORY  # column of memory: mean square amplitude of the torque's oscillation
 _LIFT_TIME = 5.0  # s, of that mean; about two cycles
@@ -62,7 +62,7 @@ class ZTorque(Baseline):
     def __init__(
         self,
         sensors: str | tuple[str, ...] = "state",
-        rig: Rig | None = None,
+        rig: RigLike = None,
         slew_limit: float = SLEW_LIMIT,
         gain: float | None = None,
         time_constant: float | None = None,

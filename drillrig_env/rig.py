@@ -9,21 +9,16 @@ one rig to the next.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi, sqrt
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.parameters import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    check_fields,
-    describe,
-    parameter,
-    read_section,
-    write_section,
-)
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, describe, parameter
+from drillrig_env.toml import read_section, record_of, write_section
 
 _TABLE, _TEXT, _DERIVED, _IDENTIFIED = "table 4.1", "text", "derived", "identified"
 
@@ -84,13 +79,30 @@ class Rig:
         return describe(self)
 
     @classmethod
+    def of(cls, rig: RigLike) -> Rig:
+        """A rig as functions take it: None for the chapter's, a `Rig`, a dictionary of changes to it, or a file.
+
+        >>> Rig.of({"k_p": 1.5}) == Rig(k_p=1.5)
+        True
+
+        A file is the path of a TOML file as `from_toml` reads it. Raises `ValueError` for what is none of these, for an
+        unknown name (with the closest known one) and for a value that is not allowed.
+        """
+        return record_of(cls, "rig", rig)
+
+    @classmethod
     def from_toml(cls, path: str | Path) -> Rig:
         """Read a rig from the table `[rig]` of a TOML file; every key must be there, and no other.
 
-        Raises `ValueError` naming file, key, value, unit and allowed range.
+        A table that says `base = "chapter"` holds changes to the chapter's rig instead. Raises `ValueError` naming
+        file, key, value, unit and allowed range, and `FileNotFoundError` where there is no such file.
         """
         return read_section(path, "rig", cls)
 
     def to_toml(self, path: str | Path) -> None:
         """Write the rig as a TOML file that `from_toml` reads back unchanged."""
         write_section(self, path, "rig")
+
+
+RigLike: TypeAlias = Rig | Mapping[str, Any] | str | Path | None
+"""What `Rig.of` takes."""

@@ -12,11 +12,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import STATE_NAMES, check_state, torque_into_string
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
 from drillrig_env.reference import radau, vode
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE
 
@@ -106,8 +106,8 @@ class Simulation:
 
 
 def simulate(
-    rig: Rig | None = None,
-    friction: Friction | None = None,
+    rig: RigLike = None,
+    friction: FrictionLike = None,
     initial_state: FloatArray | Sequence[float] | None = None,
     speed_reference: Schedule = 2.0,
     duration: float = 30.0,
@@ -118,7 +118,8 @@ def simulate(
 ) -> Simulation:
     """Simulate one rig from t = 0 to `duration` and sample it every `sample_period` (both s).
 
-    `rig` and `friction` default to the chapter's; `initial_state` (7 states) to the rig at rest.
+    `rig` and `friction` default to the chapter's, and may be dictionaries of changes to it or paths of TOML files;
+    `initial_state` (7 states) defaults to the rig at rest.
     `speed_reference` (rad/s) and `normal_force` (N, default the friction's own) are numbers or
     schedules such as `[(0, 0.0), (50, 25.0)]`: 0 N until 50 s, then 25 N.
 
@@ -133,8 +134,7 @@ def simulate(
 
     Raises `ValueError` for a value that is not allowed, naming it, its unit and what is.
     """
-    rig = rig or Rig()
-    friction = friction or Friction()
+    rig, friction = Rig.of(rig), Friction.of(friction)
     if (rigs := len(friction.as_array())) != 1:
         raise ValueError(
             f"simulate: friction for {rigs} rigs is not allowed; allowed: one rig; simulate_batch takes many"

@@ -1,8 +1,13 @@
 import dataclasses
 
+import gymnasium
+import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 
-from drillrig_env import Friction, Rig
+from baselines import Constant
+from drillrig_env import Friction, Rig, simulate, simulate_batch
+from drillrig_env.calibrate.measured import Measurement, reproduce
 
 
 def test_default_is_the_chapters_rig_with_unit_and_source_for_every_parameter():
@@ -60,3 +65,84 @@ def test_wrong_file_names_file_key_value_unit_and_range(tmp_path, old, new, word
         Rig.from_toml(path)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_rig_of_takes_none_a_rig_changes_or_a_file(tmp_path):
+    rig = Rig(k_p=1.7, L=1 / 3)
+    rig.to_toml(tmp_path / "rig.toml")
+    assert Rig.of(None) == Rig()
+    assert Rig.of(rig) is rig
+    assert Rig.of({"k_p": 1.7, "L": 1 / 3}) == rig
+    assert Rig.of(tmp_path / "rig.toml") == Rig.of(str(tmp_path / "rig.toml")) == rig
+    assert Friction.of({"normal_force": [10, 20]}).as_array().shape == (2, 4)
+    assert Friction.of(None).as_array().tolist() == Friction().as_array().tolist()
+
+
+@pytest.mark.parametrize("value", [5, ["J_1"], True, Friction(), {1, 2}, b"rig.toml"])
+def test_rig_of_refuses_what_is_no_rig_and_says_what_is(value):
+    with pytest.raises(ValueError, match="rig = ") as caught:
+        Rig.of(value)
+    for word in ("a Rig", "dictionary of changes", "TOML file", "[rig]"):
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"J1": 0.3}, ["unknown key J1", "did you mean J_1"]),
+        ({1: 0.3}, ["unknown key 1"]),
+        ({"J_1": "0.3"}, ["J_1 = '0.3' is text; write 0.3, without quotes", "> 0 kg m^2"]),
+        ({"J_1": "heavy"}, ["J_1 = 'heavy' is not a number", "> 0 kg m^2"]),
+        ({"J_1": True}, ["J_1 = True is not a number"]),
+        ({"J_1": 1 + 0j}, ["J_1 = (1+0j) is not a number"]),
+        ({"J_1": [0.3]}, ["J_1 = [0.3] kg m^2 is not allowed"]),
+        ({"J_1": -1}, ["J_1 = -1 kg m^2 is not allowed", "> 0 kg m^2"]),
+        ({"k_p": float("inf")}, ["k_p = inf V s/rad is not allowed"]),
+    ],
+)
+def test_rig_of_refuses_a_change_by_its_key_value_unit_and_range(changes, words):
+    with pytest.raises(ValueError, match=r"^rig: ") as caught:
+        Rig.of(changes)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_file_of_changes_must_say_that_it_is_one(tmp_path):
+    path = tmp_path / "softer.toml"
+    path.write_text('[rig]\nbase = "chapter"\nk_1 = 0.9\n')
+    assert Rig.of(path) == Rig(k_1=0.9)
+    path.write_text("[rig]\nk_1 = 0.9\n")
+    with pytest.raises(ValueError, match=r'softer\.toml.*J_1 is missing.*base = "chapter"'):
+        Rig.of(path)
+    path.write_text('[rig]\nbase = "mine"\nk_1 = 0.9\n')
+    with pytest.raises(ValueError, match=r"base = 'mine' is not known; allowed: base = \"chapter\""):
+        Rig.of(path)
+
+
+def test_missing_and_unreadable_files_are_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"rig: there is no file .*nosuch\.toml"):
+        Rig.of(tmp_path / "nosuch.toml")
+    (tmp_path / "picture.toml").write_bytes(b"\x89PNG\xff\xfe")
+    with pytest.raises(ValueError, match=r"picture\.toml: not a TOML file"):
+        Rig.of(tmp_path / "picture.toml")
+
+
+@pytest.mark.parametrize("given", ["record", "changes", "path"])
+def test_a_rig_of_ones_own_is_taken_everywhere(given, tmp_path):
+    rig = Rig(k_1=0.9, k_p=2.0)
+    rig.to_toml(tmp_path / "rig.toml")
+    value = {"record": rig, "changes": {"k_1": 0.9, "k_p": 2.0}, "path": str(tmp_path / "rig.toml")}[given]
+    assert simulate(value, duration=1.0).state.tolist() == simulate(rig, duration=1.0).state.tolist()
+    assert simulate_batch(value, duration=1.0).tolist() == simulate_batch(rig, duration=1.0).tolist()
+    assert gymnasium.make("DrillRig-v0", rig=value).unwrapped.core.rig == rig
+    assert gymnasium.make_vec("DrillRig-v0", num_envs=2, rig=value).core.rig == rig
+    assert Constant(rig=value).rig == rig
+    measurement = Measurement(np.linspace(0.0, 1.0, 5), {"bit_speed": np.zeros(5)})
+    mine, same = (reproduce(measurement, r, speed_reference=2.0)["bit_speed"] for r in (value, rig))
+    assert mine.tolist() == same.tolist()
+
+
+def test_spec_of_an_environment_with_a_rig_can_be_written_and_built_again():
+    env = gymnasium.make("DrillRig-v0", rig=Rig(k_1=0.9))
+    spec = EnvSpec.from_json(env.spec.to_json())
+    assert gymnasium.make(spec).unwrapped.core.rig == Rig(k_1=0.9)

@@ -32,11 +32,11 @@ from typing import Any, Literal
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_table
 from drillrig_env.model import steady_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.simulation import Schedule, simulate
 
 Start = Literal["rest", "steady"]
@@ -128,8 +128,8 @@ def _is_number(cell: str) -> bool:
 
 def reproduce(
     measurement: Measurement,
-    rig: Rig | None = None,
-    friction: Friction | None = None,
+    rig: RigLike = None,
+    friction: FrictionLike = None,
     *,
     speed_reference: Schedule,
     normal_force: Schedule | None = None,
@@ -147,7 +147,7 @@ def reproduce(
         raise refuse("reproduce", "first time of the measurement", begin, "s", NOT_NEGATIVE)
     if start not in STARTS:
         raise ValueError(f"reproduce: start = {start!r} is not known; {closest(start, STARTS)}")
-    rig, friction = rig or Rig(), friction or Friction()
+    rig, friction = Rig.of(rig), Friction.of(friction)
     run = partial(
         simulate,
         rig,
@@ -171,8 +171,8 @@ def reproduce(
 
 def score_measurement(
     measurement: Measurement,
-    rig: Rig | None = None,
-    friction: Friction | None = None,
+    rig: RigLike = None,
+    friction: FrictionLike = None,
     *,
     speed_reference: Schedule,
     normal_force: Schedule | None = None,
@@ -231,8 +231,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         measurement = read_measurement(options.file, options.start_time)
         simulated = reproduce(
             measurement,
-            Rig.from_toml(options.rig) if options.rig else None,
-            Friction.from_toml(options.friction) if options.friction else None,
+            options.rig,
+            options.friction,
             speed_reference=options.speed_reference,
             normal_force=options.normal_force,
             start=options.start,

@@ -29,7 +29,7 @@ from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.model import frictionless_state, steady_state, torque_into_string, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.tables import SAMPLES, ladder
 from drillrig_env.verdict import WINDOW, is_mitigated
 
@@ -48,7 +48,7 @@ class EpisodeBatch:
     def __init__(
         self,
         num_rigs: int = 1,
-        rig: Rig | None = None,
+        rig: RigLike = None,
         scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,
@@ -67,7 +67,7 @@ class EpisodeBatch:
         steps = round(duration / CONTROL_PERIOD)
         if steps < 1 or abs(steps * CONTROL_PERIOD - duration) > 1e-6:
             raise refuse("DrillRig", "duration", duration, "s", f"a multiple of {CONTROL_PERIOD}")
-        self.rig = rig or Rig()
+        self.rig = Rig.of(rig)
         self.scenario = Scenario.named(scenario)
         self.sensors = Sensors.named(sensors)
         self.reward = reward if isinstance(reward, Reward) else Reward(**(reward or {}))

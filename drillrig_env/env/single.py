@@ -16,7 +16,7 @@ from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import UNIFORMS, Scenario
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
@@ -119,7 +119,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     ## Arguments
     | Name | Default | Meaning |
     |---|---|---|
-    | `rig` | `Rig()` | the rig; default the chapter's |
+    | `rig` | `Rig()` | the rig: a `Rig`, a dictionary of changes to the chapter's, or the path of a TOML file |
     | `scenario` | `"default"` | `"nominal"` (10 N), `"default"`, `"wide"`, a `Scenario` or a dictionary of its fields |
     | `sensors` | by id | `"state"`, `"encoders"`, `"surface"`, or names of channels |
     | `noise` | by sensors | 0 for none, 1 for the standard noise, or deviations by channel |
@@ -143,7 +143,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
 
     def __init__(
         self,
-        rig: Rig | None = None,
+        rig: RigLike = None,
         scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,

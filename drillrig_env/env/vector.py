@@ -18,7 +18,7 @@ from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.rig import Rig
+from drillrig_env.rig import RigLike
 
 Step = tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
 
@@ -37,7 +37,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
     def __init__(
         self,
         num_envs: int = 1,
-        rig: Rig | None = None,
+        rig: RigLike = None,
         scenario: str | Mapping[str, Any] | Scenario = "default",
         sensors: str | Sequence[str] = "state",
         reward: Reward | Mapping[str, Any] | None = None,

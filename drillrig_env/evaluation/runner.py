@@ -16,7 +16,7 @@ from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 
 _TRACES = ("lowest", "highest", "average", "stuck", "torque_into_string", "highest_torque", "speed_reference", "reward")
 """Fields of a rig's record that are kept for every control step."""
@@ -84,7 +84,7 @@ def run(
     policy: Policy,
     suite: Suite,
     *,
-    rig: Rig | None = None,
+    rig: RigLike = None,
     sensors: str | tuple[str, ...] = "state",
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,

@@ -11,26 +11,23 @@ and the adopted one, the model of record, replaces it for a < omega_s by the str
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import exp
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from drillrig_env.allowed import OneARig
 from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.jit.compiled import compiled, inlined
-from drillrig_env.parameters import (
-    NOT_NEGATIVE,
-    POSITIVE,
-    check_fields,
-    parameter,
-    read_section,
-    refuse,
-    write_section,
-)
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, parameter, refuse
 from drillrig_env.rig import Rig
+from drillrig_env.toml import read_section, record_of, write_section
 
 _TABLE = "table 4.1"
+_LEAST_ZERO, _ABOVE_ZERO = OneARig(NOT_NEGATIVE), OneARig(POSITIVE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,16 +38,12 @@ class Friction:
     not allowed, for mu_s < mu_k, and for arrays whose shapes do not go together.
     """
 
-    normal_force: Quantity = parameter(10.0, "N", "normal force N_1 of the pin", "figures 4.8 to 4.13", NOT_NEGATIVE)
-    mu_s: Quantity = parameter(0.5, "", "static friction coefficient", _TABLE, NOT_NEGATIVE)
-    mu_k: Quantity = parameter(0.306, "", "kinetic friction coefficient", _TABLE, NOT_NEGATIVE)
-    v_b: Quantity = parameter(1.0, "s/rad", "decay factor of the friction with speed", _TABLE, POSITIVE)
+    normal_force: Quantity = parameter(10.0, "N", "normal force N_1 of the pin", "figures 4.8 to 4.13", _LEAST_ZERO)
+    mu_s: Quantity = parameter(0.5, "", "static friction coefficient", _TABLE, _LEAST_ZERO)
+    mu_k: Quantity = parameter(0.306, "", "kinetic friction coefficient", _TABLE, _LEAST_ZERO)
+    v_b: Quantity = parameter(1.0, "s/rad", "decay factor of the friction with speed", _TABLE, _ABOVE_ZERO)
 
     def __post_init__(self) -> None:
-        for name in ("normal_force", "mu_s", "mu_k", "v_b"):
-            value = getattr(self, name)
-            if isinstance(value, list | tuple):
-                object.__setattr__(self, name, np.asarray(value, dtype=float))
         check_fields(self)
         self.as_array()
         if np.any(np.asarray(self.mu_s) < np.asarray(self.mu_k)):
@@ -110,6 +103,14 @@ class Friction:
         return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
 
     @classmethod
+    def of(cls, friction: FrictionLike) -> Friction:
+        """A friction as functions take it: None, a `Friction`, a dictionary of changes to the default, or a file.
+
+        Raises as `Rig.of` does.
+        """
+        return record_of(cls, "friction", friction)
+
+    @classmethod
     def from_toml(cls, path: str | Path) -> Friction:
         """Read a friction from the table `[friction]` of a TOML file; errors name file, key and range."""
         return read_section(path, "friction", cls)
@@ -117,6 +118,10 @@ class Friction:
     def to_toml(self, path: str | Path) -> None:
         """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged."""
         write_section(self, path, "friction")
+
+
+FrictionLike: TypeAlias = Friction | Mapping[str, Any] | str | Path | None
+"""What `Friction.of` takes."""
 
 
 @inlined

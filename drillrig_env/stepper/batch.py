@@ -8,19 +8,19 @@ from math import ceil
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity, Records
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.propagator import WORKSPACE, advance
 from drillrig_env.stepper.tables import LONGEST_PERIOD, STATE, TOLERANCE, UNITS, ladder
 
 
 def simulate_batch(
-    rig: Rig | None = None,
-    friction: Friction | None = None,
+    rig: RigLike = None,
+    friction: FrictionLike = None,
     initial_state: FloatArray | Sequence[float] | None = None,
     speed_reference: Quantity = 2.0,
     duration: float = 30.0,
@@ -31,7 +31,7 @@ def simulate_batch(
     """Simulate many rigs at once with the fast stepper; their states, shape (rigs, samples, 7).
 
     `friction`, `speed_reference` (rad/s) and `initial_state` ((7,) or (rigs, 7)) have one entry a rig,
-    or one for all; the first sample is the start, times are in s. `threads`: default all cores;
+    or one for all; the first sample is the start, times are in s. `threads`: default all cores; `rig`, `friction` and
     `tolerance` as for `simulate`. Each rig comes out bit for bit as from there, whatever its company and
     the number of threads.
 
@@ -39,7 +39,7 @@ def simulate_batch(
     >>> simulate_batch(None, Friction(np.linspace(5, 30, 100)), speed_reference=3.0).shape
     (100, 301, 7)
     """
-    rig, friction = rig or Rig(), friction or Friction()
+    rig, friction = Rig.of(rig), Friction.of(friction)
     for name, value in (("duration", duration), ("sample_period", sample_period)):
         if not POSITIVE.holds(value):
             raise refuse("simulate_batch", name, value, "s", POSITIVE)

@@ -1,0 +1,103 @@
+"""Records of documented fields from and to TOML; or from whatever users give: an object, changes, a file."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import Field, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+from drillrig_env.parameters import checked, closest, default_of, refuse
+
+T = TypeVar("T")
+
+_BASE, _CHAPTER = "base", "chapter"
+
+
+def record_of(record: type[T], section: str, value: Any) -> T:
+    """A record from what a user gives for it.
+
+    None is the default record; a record stands for itself; a dictionary holds changes to the default; a path leads to
+    a TOML file with the table `[section]`. Raises `ValueError` that names what is not allowed (the closest known name
+    for an unknown key) and `FileNotFoundError` where there is no such file.
+    """
+    if value is None:
+        return record()
+    if isinstance(value, record):
+        return value
+    if isinstance(value, Mapping):
+        return _with_changes(record, section, value)
+    if isinstance(value, str | Path):
+        return read_section(value, section, record)
+    name = record.__name__
+    allowed = f"a {name}, a dictionary of changes to {name}(), or the path of a TOML file with the table [{section}]"
+    raise refuse(section, section, repr(value), "", allowed)
+
+
+def write_section(instance: Any, path: str | Path, section: str) -> None:
+    """Write a record of plain numbers as the only table, `[section]`, of a TOML file."""
+    Path(path).write_text(section_text(instance, section), encoding="utf-8")
+
+
+def section_text(instance: Any, section: str) -> str:
+    """A record of plain numbers as the text of a TOML table: a line a field, with meaning, unit and source."""
+    lines = [f"[{section}]"]
+    for item in fields(instance):
+        meta = item.metadata
+        unit = f" [{meta['unit']}]" if meta["unit"] else ""
+        lines.append(
+            f"{item.name} = {float(getattr(instance, item.name))!r}  # {meta['meaning']}{unit} ({meta['source']})"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def read_section(path: str | Path, section: str, record: type[T]) -> T:
+    """Read `[section]` of a TOML file as a record.
+
+    Every key must be there and no other, since a forgotten one would silently be the chapter's; a table that says
+    `base = "chapter"` holds changes to the chapter's values. Raises `ValueError` that names the file and the key,
+    the value, its unit and what is allowed; `FileNotFoundError` where there is no such file.
+    """
+    try:
+        tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise FileNotFoundError(f"{section}: there is no file {path}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a TOML file: {error}") from error
+    if section not in tables:
+        raise ValueError(f"{path}: the table [{section}] is missing; tables found: {sorted(tables) or 'none'}")
+    if not isinstance(tables[section], dict):
+        raise ValueError(f"{path}: [{section}] must be a table of keys, not {tables[section]!r}")
+    values, where = dict(tables[section]), f"{path}: [{section}]"
+    base = values.pop(_BASE, None)
+    if base not in (None, _CHAPTER):
+        raise ValueError(f'{where}: {_BASE} = {base!r} is not known; allowed: {_BASE} = "{_CHAPTER}", or every key')
+    read = _with_changes(record, where, values)
+    for item in fields(record):  # type: ignore[arg-type]
+        if item.name not in values and base is None:
+            raise ValueError(
+                f"{where}: the key {item.name} is missing: {_expected(item)}; "
+                f'with {_BASE} = "{_CHAPTER}" in the table, keys that are missing are the chapter\'s'
+            )
+    return read
+
+
+def _with_changes(record: type[T], where: str, changes: Mapping[Any, Any]) -> T:
+    """The default record with some of its fields changed."""
+    known = {item.name: item for item in fields(record)}  # type: ignore[arg-type]
+    for key, value in changes.items():
+        if key not in known:
+            raise ValueError(f"{where}: unknown key {key} = {value!r}; {closest(key, known)}")
+        meta = known[key].metadata
+        checked(where, key, value, meta["unit"], meta["allowed"])
+    try:
+        return record(**changes)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from error
+
+
+def _expected(item: Field[Any]) -> str:
+    meta = item.metadata
+    unit = f" {meta['unit']}" if meta["unit"] else ""
+    return f"{meta['meaning']}, {meta['allowed']}{unit}; the default is {default_of(item)}"
