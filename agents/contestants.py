@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import baselines
 import drillrig_env
+from drillrig_env.drive import Drive
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.evaluation.contest import Contestant, Failure
 from drillrig_env.evaluation.runner import Policy
@@ -93,8 +94,8 @@ def _from_class(label: str, policy: type, env: Mapping[str, Any], about: Mapping
         if isinstance(value, int | float | str) and not key.startswith("_") and key != "slew_limit"
     }
     privileged = tuple(getattr(made, "privileged", ()))
-    gains = getattr(made, "drive_gains", None)
-    return Contestant(label, {"": make}, env, privileged, gains, {**about, "parameters": numbers})
+    drive = Drive.of(getattr(made, "drive", None))
+    return Contestant(label, {"": make}, env, privileged, drive, {**about, "parameters": numbers})
 
 
 def _from_runs(name: str, label: str, env_id: str) -> Contestant:
@@ -120,8 +121,8 @@ def _from_runs(name: str, label: str, env_id: str) -> Contestant:
     if missing := [channel for channel in wanted.names if channel not in shown.names]:
         raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {env_id} do not show")
     env = {"sensors": wanted.names, "noise": shown.noise, "delay": shown.delay}
-    gains = next(iter(agents.values())).drive_gains
-    return Contestant(label, members, env, (), gains, {"kind": "run", "configs": configs})
+    drive = next(iter(agents.values())).drive
+    return Contestant(label, members, env, (), drive, {"kind": "run", "configs": configs})
 
 
 def _shipped() -> list[str]:

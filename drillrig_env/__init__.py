@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import gymnasium as gym
 
 from drillrig_env import stability
+from drillrig_env.drive import Drive
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import observation_table
@@ -32,6 +33,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ENVIRONMENTS",
+    "Drive",
     "Friction",
     "Reward",
     "Rig",

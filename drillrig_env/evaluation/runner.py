@@ -26,7 +26,7 @@ class Policy(Protocol):
     """Anything with Stable-Baselines3's `predict`: a baseline, a trained model, your own.
 
     A policy may also have `privileged`, names of entries of `info` that its `tell(info)` must get before
-    each `predict`, and `drive_gains`, a pair (k_p, k_i) for the drive's speed loop in place of the rig's.
+    each `predict`, and `drive`, a `Drive` in place of the rig's own.
     """
 
     def predict(
@@ -93,9 +93,9 @@ def run(
     """Let a policy face every rig of a suite, all at once, for one episode each.
 
     `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
-    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive_gains`.
+    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`.
     """
-    arguments = {**env, **suite.env, "drive_gains": getattr(policy, "drive_gains", None)}
+    arguments = {**env, **suite.env, "drive": getattr(policy, "drive", None)}
     core = EpisodeBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
     uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0
