@@ -28,9 +28,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 import baselines
 import drillrig_env
-from agents.contestants import find_field
 from drillrig_env.evaluation import histories as histories_of
 from drillrig_env.evaluation.contest import Failure, check_same, config_of, run_contest
+from drillrig_env.evaluation.contestants import find_contestants
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.report import print_suite
@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         suites = [suite(name, chosen.rigs) for name in SUITES if name in chosen.suite]
     except ValueError as error:
         parser.error(str(error))
-    contestants, failures = find_field(chosen.policies, chosen.env, chosen.slow)
+    contestants, failures = find_contestants(chosen.policies, chosen.env, chosen.slow)
     _print(failures)
     names = [contestant.name for contestant in contestants]
     reference = chosen.reference or next(iter(names), "")

@@ -12,10 +12,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import gymnasium as gym
-
 from drillrig_env import stability
-from drillrig_env.drive import Drive
+from drillrig_env.env.registration import ENVIRONMENTS, register_envs
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import observation_table
@@ -33,7 +31,6 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ENVIRONMENTS",
-    "Drive",
     "Friction",
     "Reward",
     "Rig",
@@ -46,24 +43,6 @@ __all__ = [
     "simulate_batch",
     "stability",
 ]
-
-ENVIRONMENTS: dict[str, dict[str, Any]] = {
-    "DrillRig-v0": {"sensors": "state"},
-    "DrillRigSurface-v0": {"sensors": "surface"},
-}
-"""The registered environments, and the arguments in which they differ."""
-
-
-def register_envs() -> None:
-    """Register the environments with Gymnasium; calling it again changes nothing."""
-    for name, kwargs in ENVIRONMENTS.items():
-        if name not in gym.registry:
-            gym.register(
-                name,
-                entry_point="drillrig_env.env.single:DrillRigEnv",
-                vector_entry_point="drillrig_env.env.vector:DrillRigVectorEnv",
-                kwargs=kwargs,
-            )
 
 
 def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig-v0", **kwargs: Any) -> DrillRigVecEnv:

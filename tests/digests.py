@@ -22,12 +22,13 @@ import gymnasium as gym
 import numpy as np
 
 import drillrig_env
-from agents.contestants import find_contestant
 from drillrig_env import Friction, Rig
+from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.jit.threads import available_threads
+from drillrig_env.policy import find_policy
 
 RECORD = Path(__file__).with_name("digests.json")
 STEPS, RIGS, SEED = 200, 200, 7
@@ -80,7 +81,7 @@ def _sb3(env_id: str) -> list[np.ndarray]:
 
 def _policy(name: str) -> list[np.ndarray]:
     chosen = suite("default", RIGS)
-    contestant = find_contestant(name, "DrillRig-v0", name)
+    contestant = contestant_of(find_policy(name), "DrillRig-v0")
     make = next(iter(contestant.members.values()))
     episodes = run(make(chosen), chosen, **contestant.env)
     return [episodes.speed_reference, episodes.average, episodes.reward]

@@ -6,12 +6,12 @@ import pytest
 
 import baselines
 import eval as command
-from agents.contestants import find_contestant, find_field
 from agents.policy.run_folder import shipped
-from drillrig_env.env.sensors import Sensors
+from drillrig_env.evaluation.contestants import contestant_of, find_contestants
 from drillrig_env.evaluation.results import read
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.suites import suite
+from drillrig_env.policy import find_policy
 
 FEW = ["--suite", "default", "--rigs", "8", "--no-pictures"]
 
@@ -78,13 +78,13 @@ def test_failures_are_named_the_others_kept_and_the_status_says_so(controller, t
 
 def test_baselines_that_nobody_named_are_left_out_with_a_reason():
     said = []
-    field, failures = find_field([], "DrillRigSurface-v0", say=said.append)
+    field, failures = find_contestants([], "DrillRigSurface-v0", say=said.append)
     assert not failures
     assert len(field) + len(said) == len(baselines.BASELINES) + len(shipped())
     assert any("jump_ease_estimated is left out" in line and "bit_speed" in line for line in said)
     slow = [name for name, policy in baselines.BASELINES.items() if policy.slow]
     assert all(name not in [one.name for one in field] for name in slow)
-    everyone, _ = find_field([], "DrillRig-v0", slow=True, say=said.append)
+    everyone, _ = find_contestants([], "DrillRig-v0", slow=True, say=said.append)
     assert set(slow) <= {one.name for one in everyone}
 
 
@@ -147,7 +147,7 @@ def test_an_unknown_reference_is_refused(tmp_path, capsys):
 
 
 def test_a_baseline_is_made_for_the_suites_slew_limit():
-    contestant = find_contestant("jump_ease", "DrillRig-v0", "jump_ease")
+    contestant = contestant_of(find_policy("jump_ease"), "DrillRig-v0", "jump_ease")
     made = [contestant.members[""](suite(name, 1)) for name in ("default", "degraded")]
     assert [policy.slew_limit for policy in made] == [2.0, 1.0]
 
@@ -183,10 +183,10 @@ def test_seeds_in_a_folder_are_one_policy(trained, tmp_path):
 
 
 def test_an_agent_is_shown_what_the_environment_shows_and_no_more(trained):
-    contestant = find_contestant(str(trained), "DrillRig-v0", "tiny")
-    assert contestant.env == {"sensors": Sensors.named("state").names, "noise": 0.0, "delay": 0}
+    contestant = contestant_of(find_policy(str(trained)), "DrillRig-v0", "tiny")
+    assert contestant.env == {"sensors": "state"}
     with pytest.raises(ValueError, match=r"tiny sees twist_12.*the sensors of DrillRigSurface-v0 do not show"):
-        find_contestant(str(trained), "DrillRigSurface-v0", "tiny")
+        contestant_of(find_policy(str(trained)), "DrillRigSurface-v0", "tiny")
 
 
 def test_runs_of_different_making_are_not_pooled(trained):
@@ -195,6 +195,6 @@ def test_runs_of_different_making_are_not_pooled(trained):
     config.write_text(text.replace('"env_id": "DrillRig-v0"', '"env_id": "DrillRigSurface-v0"'))
     try:
         with pytest.raises(ValueError, match="not the seeds of one algorithm"):
-            find_contestant(str(trained), "DrillRig-v0", "tiny")
+            contestant_of(find_policy(str(trained)), "DrillRig-v0", "tiny")
     finally:
         config.write_text(text)

@@ -15,11 +15,12 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.histories import typical_rigs
-from drillrig_env.evaluation.runner import Episodes, Policy, run
+from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.scores import describe, time_to_calm
 from drillrig_env.evaluation.suites import STICKING, default_suite
 from drillrig_env.friction import Friction
 from drillrig_env.plots.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
+from drillrig_env.policy import Policy
 
 RIVALS = ("soft_torque", "z_torque", "jump_ease")
 _SHOWN = 40.0  # s of the episode

@@ -27,7 +27,6 @@ import numpy as np
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 import drillrig_env
-from agents.contestants import find_contestant
 from agents.endurance import endurance
 from agents.policy.run_folder import (
     CHECKPOINT,
@@ -44,6 +43,7 @@ from agents.shipping.card import write_card
 from agents.training.progress import read_progress
 from drillrig_env.evaluation import histories as histories_of
 from drillrig_env.evaluation.contest import check_same, config_of, run_contest
+from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
@@ -51,6 +51,7 @@ from drillrig_env.evaluation.results import Results, Scores, read
 from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
 from drillrig_env.files import write_text
+from drillrig_env.policy import find_policy
 
 COMMAND = "python -m agents.shipping.ship"
 LEAST_SEEDS = 5
@@ -148,7 +149,7 @@ def _evaluate(
     runs: Path, name: str, env_id: str, rigs: int, suites: Sequence[str], folder: Path | None, command: str
 ) -> Results:
     """All seeds in all suites, as `eval.py` does it; what `folder` holds already is not run again."""
-    contestant = find_contestant(str(runs), env_id, name)
+    contestant = contestant_of(find_policy(str(runs)), env_id, name)
     chosen = [suite(one, rigs) for one in suites]
     config = config_of(env_id, chosen, [contestant], drillrig_env.__version__, command, name)
     results, histories = Results(config, provenance()), Histories()

@@ -11,7 +11,6 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from drillrig_env.drive import DriveLike
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
@@ -127,7 +126,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
     | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
     | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
-    | `drive` | the rig's | `Drive(k_p, k_i, back_emf_share)`, a dictionary of its fields, or these numbers alone |
+    | `drive_gains` | the rig's | (k_p, k_i), or with the share of the back-EMF that the drive makes up for |
     | `duration` | `60.0` | length of an episode, s |
     | `render_mode` | `None` | `"rgb_array"` or `"human"`, a window; both need the extra `render` |
 
@@ -154,7 +153,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive: DriveLike = None,
+        drive_gains: Sequence[float] | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             allowed = ", ".join(self.metadata["render_modes"])
@@ -170,7 +169,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
             threads=1,
             noise=noise,
             delay=delay,
-            drive=drive,
+            drive_gains=drive_gains,
         )
         self.sensors = self.core.sensors
         self.render_mode = render_mode

@@ -13,7 +13,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import drillrig_env
+from drillrig_env.env.registration import ENVIRONMENTS
 from drillrig_env.evaluation import histories as histories_of
 from drillrig_env.evaluation.findings import where_each_fails, who_wins
 from drillrig_env.evaluation.histories import Histories, worth_showing
@@ -110,7 +110,7 @@ def draw_pictures(docs: Path) -> list[Path]:
 
 def stored_results(docs: Path) -> dict[str, Results]:
     """The results that were taken in, by environment. `ValueError` where there are none."""
-    folders = {env: docs / "results" / env for env in drillrig_env.ENVIRONMENTS}
+    folders = {env: docs / "results" / env for env in ENVIRONMENTS}
     found = {env: read(folder) for env, folder in folders.items() if folder.is_dir()}
     if not found:
         raise ValueError(f"{docs / 'results'} holds no results; name folders of results to take in")
@@ -120,7 +120,7 @@ def stored_results(docs: Path) -> dict[str, Results]:
 def _environment(env: str, results: Results) -> list[str]:
     """Everything about the policies with one environment's sensors, the headline first."""
     suites = sorted(results.estimates, key=lambda suite: suite != "default")
-    parts = [f"## {env}: sensors `{drillrig_env.ENVIRONMENTS[env]['sensors']}`\n"]
+    parts = [f"## {env}: sensors `{ENVIRONMENTS[env]['sensors']}`\n"]
     for number, suite in enumerate(suites):
         about = results.config["suites"][suite]
         parts.append(f"### {env}, suite `{suite}`: {about['description']} ({about['rigs']} rigs)\n")

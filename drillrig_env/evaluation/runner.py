@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,27 +16,11 @@ from drillrig_env.env.vector import check_actions
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
+from drillrig_env.policy import Policy, drive_of, privileged_of
 from drillrig_env.rig import Rig, RigLike
 
 _TRACES = ("lowest", "highest", "average", "stuck", "torque_into_string", "highest_torque", "speed_reference", "reward")
 """Fields of a rig's record that are kept for every control step."""
-
-
-class Policy(Protocol):
-    """Anything with Stable-Baselines3's `predict`: a baseline, a trained model, your own.
-
-    A policy may also have `privileged`, names of entries of `info` that its `tell(info)` must get before
-    each `predict`, and `drive`, a `Drive` in place of the rig's own.
-    """
-
-    def predict(
-        self,
-        observation: npt.NDArray[np.float32],
-        state: tuple[np.ndarray, ...] | None = None,
-        episode_start: npt.NDArray[np.bool_] | None = None,
-        deterministic: bool = True,
-    ) -> tuple[np.ndarray, tuple[np.ndarray, ...] | None]:
-        """Actions for a batch of observations, and the policy's next state."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +53,10 @@ def play(policy: Policy, core: EpisodeBatch) -> Iterator[int]:
     A policy that names in `privileged` what it must be told gets `info` before each step. `ValueError` for
     actions of another shape or NaN.
     """
-    privileged = bool(getattr(policy, "privileged", ()))
+    told = privileged_of(policy)
     state, begins = None, np.ones(len(core), dtype=np.bool_)
     for step in range(core.steps):
-        if privileged:
+        if told:
             policy.tell(core.info())  # type: ignore[attr-defined]
         actions, state = policy.predict(core.observations, state, begins, deterministic=True)
         begins = np.zeros(len(core), dtype=np.bool_)
@@ -93,9 +77,9 @@ def run(
     """Let a policy face every rig of a suite, all at once, for one episode each.
 
     `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
-    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`.
+    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive_gains`.
     """
-    arguments = {**env, **suite.env, "drive": getattr(policy, "drive", None)}
+    arguments = {**env, **suite.env, "drive_gains": drive_of(policy)}
     core = EpisodeBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
     uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0

@@ -18,6 +18,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -25,6 +26,7 @@ import numpy.typing as npt
 
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.parameters import refuse
+from drillrig_env.policy import make_policy
 
 _LONGEST = 120.0  # s
 _COLORS = 64
@@ -62,10 +64,9 @@ def frames(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
 
     Raises `ValueError` for an impossible normal force or target.
     """
-    from baselines import JumpEase
-
     env = gym.make("DrillRig-v0", scenario="nominal", duration=_LONGEST, render_mode="rgb_array")
-    policy, memory = JumpEase(), None
+    policy: Any = make_policy("jump_ease")
+    memory = None
     options = {"normal_force": film.normal_force, "speed_target": film.speed_target, "start": "stick_slip"}
     observation, info = env.reset(seed=0, options=options)
     seen: deque[float] = deque(maxlen=round(_CALM_TIME / CONTROL_PERIOD))

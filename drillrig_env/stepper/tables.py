@@ -23,7 +23,6 @@ from numpy.polynomial import legendre
 from scipy.linalg import expm
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.drive import Drive
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
@@ -98,7 +97,6 @@ class Ladder:
     """
 
     rig: Rig
-    drive: Drive | None
     period: float
     rungs: np.ndarray
     sampling: np.ndarray
@@ -106,12 +104,11 @@ class Ladder:
 
 
 @lru_cache(maxsize=64)
-def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Ladder:
+def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
     """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
 
     `tolerance` (rad/s) is what the error of any speed stays below over 20 s: 1e-7 to 1e-3. The bounds on
     a step's errors that keep it there were found by trial, with a margin of 2 or more (see the tests).
-    `drive` takes the place of the rig's own.
     Raises `ValueError` for a value that is not allowed.
     """
     low, high = _TOLERANCES
@@ -126,31 +123,29 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive |
     speed_row, torque_row = np.eye(7)[2], torque_into_string(rig, np.eye(7))
     for r in range(RUNGS):
         step = period / 2**r
-        from_state, from_torque = _variation_of_constants(rig, drive, step, RADAU_NODES)
+        from_state, from_torque = _variation_of_constants(rig, step, RADAU_NODES)
         rungs[r]["node_from_state"] = from_state[:, 2, :].T
         rungs[r]["node_from_torque"] = from_torque[:, 2, :]
         rungs[r]["state_from_state"][:, :7] = from_state[-1].T
         rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T
-        rungs[r]["rate_from_state"][:, :7] = jacobian(rig, drive=drive).T * step
+        rungs[r]["rate_from_state"][:, :7] = jacobian(rig).T * step
         rungs[r]["rate_from_torque"][:7] = friction_input(rig) * step
         if r < SAMPLED_RUNGS:
             count = SAMPLES >> r
-            from_state, from_torque = _variation_of_constants(rig, drive, step, np.arange(1, count + 1) / count)
+            from_state, from_torque = _variation_of_constants(rig, step, np.arange(1, count + 1) / count)
             for name, row in (("speed", speed_row), ("torque", torque_row)):
                 sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
                 sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
             sampling[r]["torque_row"] = torque_row
-    rest = frictionless_state(rig, 0.0, drive)
+    rest = frictionless_state(rig, 0.0)
     shift = np.zeros((2, STATE))
-    shift[0, :7], shift[1, :7] = rest, frictionless_state(rig, 1.0, drive) - rest
+    shift[0, :7], shift[1, :7] = rest, frictionless_state(rig, 1.0) - rest
     for table in (rungs, sampling, shift):
         table.flags.writeable = False
-    return Ladder(rig, drive, period, rungs, sampling, shift)
+    return Ladder(rig, period, rungs, sampling, shift)
 
 
-def _variation_of_constants(
-    rig: Rig, drive: Drive | None, step: float, times: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """State at the fractions `times` of a step, from the state at its start and T_r1 at the nodes.
 
     Returns arrays of shape (times, 7, 7) and (times, 7, NODES). The integrals against the powers of
@@ -158,7 +153,7 @@ def _variation_of_constants(
     the nodes turns them into integrals against the interpolating polynomial.
     """
     augmented = np.zeros((7 + NODES, 7 + NODES))
-    augmented[:7, :7] = jacobian(rig, drive=drive) * step
+    augmented[:7, :7] = jacobian(rig) * step
     augmented[:7, 7] = friction_input(rig) * step
     augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
     exponentials = expm(augmented * times[:, None, None])

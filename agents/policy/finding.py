@@ -1,0 +1,40 @@
+"""Trained agents as policies that are found by name: shipped ones, a run's folder, or a folder of training seeds."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+from agents.policy.agent import Agent
+from agents.policy.run_folder import find_run, is_run, load_policy, read_config, shipped
+from drillrig_env.env.kernel import SLEW_LIMIT
+from drillrig_env.policy import PolicySource
+
+
+def agent_names() -> list[str]:
+    """The names of the agents that come with the project."""
+    return shipped()
+
+
+def find_agent(name: str) -> PolicySource | None:
+    """A trained agent, or all seeds of one algorithm in a folder; None where the name is neither.
+
+    `ValueError` where the runs in a folder are not the seeds of one algorithm, or one has left no model.
+    """
+    seeds = sorted(path for path in Path(name).glob("*") if is_run(path))
+    if not is_run(name) and not seeds and name not in shipped():
+        return None
+    folders = seeds if seeds and not is_run(name) else [find_run(name)]
+    configs = {str(read_config(folder)["seed"]): read_config(folder) for folder in folders}
+    kinds = {(config["algorithm"], config["env_id"], str(config["env_kwargs"])) for config in configs.values()}
+    if len(configs) < len(folders) or len(kinds) > 1:
+        raise ValueError(
+            f"the runs in {name} are not the seeds of one algorithm: {sorted(kinds)}, seeds {list(configs)}"
+        )
+    agents = {str(agent.config["seed"]): agent for agent in map(load_policy, folders)}
+    makers = {seed: partial(_at_slew_limit, agents[seed]) for seed in sorted(agents, key=int)}
+    return PolicySource(name, makers, {"kind": "run", "configs": configs})
+
+
+def _at_slew_limit(agent: Agent, slew_limit: float = SLEW_LIMIT) -> Agent:
+    return agent.at_slew_limit(slew_limit)

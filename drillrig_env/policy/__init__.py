@@ -1,0 +1,19 @@
+"""Policies: the one contract that every controller and agent meets, how one is found by name, and how to check it."""
+
+from drillrig_env.policy.checks import check_policy
+from drillrig_env.policy.contract import Memory, Policy, channels_of, drive_of, privileged_of
+from drillrig_env.policy.finding import GROUP, PolicySource, find_policy, make_policy, policy_names
+
+__all__ = [
+    "GROUP",
+    "Memory",
+    "Policy",
+    "PolicySource",
+    "channels_of",
+    "check_policy",
+    "drive_of",
+    "find_policy",
+    "make_policy",
+    "policy_names",
+    "privileged_of",
+]

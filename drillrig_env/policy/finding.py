@@ -1,0 +1,144 @@
+"""Policies by name: installed ones by entry point, one of yours by FILE.py:CLASS, a trained agent by its folder.
+
+A package offers policies under the entry points `drillrig.policies`, each a class or function that makes one:
+
+    [project.entry-points."drillrig.policies"]
+    my_law = "my_package:MyLaw"
+
+Trained agents are found where the project's clone is at hand.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any
+
+from drillrig_env.parameters import closest
+from drillrig_env.policy.contract import Policy
+
+GROUP = "drillrig.policies"
+"""The group of entry points."""
+
+_CLONE = Path(__file__).parents[2]
+_AGENTS = _CLONE / "agents" / "policy" / "finding.py"
+"""How the clone finds trained agents: a module with `agent_names()` and `find_agent(name)`."""
+
+
+@dataclass(frozen=True)
+class PolicySource:
+    """A policy that was found, or several training seeds of one, and how to make them.
+
+    `makers` are classes or functions that make the policy, by training seed; "" is the seed of what is not
+    trained. `about` tells this policy from a changed one of the same name.
+    """
+
+    name: str
+    makers: Mapping[str, Callable[..., Policy]]
+    about: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def slow(self) -> bool:
+        """Whether an episode takes minutes rather than seconds."""
+        return any(bool(getattr(maker, "slow", False)) for maker in self.makers.values())
+
+    def make(self, seed: str | None = None, **context: Any) -> Policy:
+        """The policy of a training seed (default: the first), made for the `sensors`, `rig` and `slew_limit` given.
+
+        The maker gets those that it names. `TypeError` where what it makes has no `predict`.
+        """
+        maker = self.makers[next(iter(self.makers)) if seed is None else seed]
+        known = inspect.signature(maker).parameters
+        everything = any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values())
+        made = maker(**{name: value for name, value in context.items() if everything or name in known})
+        if not isinstance(made, Policy):
+            raise TypeError(f"{self.name} makes a {type(made).__name__}, which has no predict(observation, ...)")
+        return made
+
+
+def policy_names() -> list[str]:
+    """The names of all policies that are installed, and of the trained agents where the clone is at hand."""
+    return [*_installed(), *(_agents().agent_names() if _AGENTS.is_file() else ())]
+
+
+def find_policy(policy: Any) -> PolicySource:
+    """Where a policy comes from: a name, FILE.py:CLASS, a training run's folder, a class, or a policy itself.
+
+    `ValueError` for a name that is nothing of all that, with the closest one; beyond it whatever a
+    file raises when it is imported.
+    """
+    if not isinstance(policy, str | Path):
+        makes = inspect.isclass(policy) or (callable(policy) and not isinstance(policy, Policy))
+        maker: Callable[..., Policy] = policy if makes else lambda: policy
+        name = getattr(policy, "__name__", type(policy).__name__)
+        return PolicySource(name, {"": maker}, {"kind": "object"})
+    name = str(policy)
+    if name in _installed():
+        return _from_entry_point(name, _installed()[name])
+    file, colon, class_name = name.rpartition(":")
+    if colon and file.endswith(".py"):
+        digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
+        return PolicySource(name, {"": load_class(Path(file), class_name)}, {"kind": "file", "sha256": digest})
+    if _AGENTS.is_file():
+        found: PolicySource | None = _agents().find_agent(name)
+        if found is not None:
+            return found
+    raise ValueError(
+        f"policy {name!r} is not known: no installed one, no training run's folder, no FILE.py:CLASS; "
+        f"{closest(name, policy_names())}"
+    )
+
+
+def make_policy(policy: Any, **context: Any) -> Policy:
+    """A policy by name, FILE.py:CLASS, folder, class or object, made for `sensors`, `rig` and `slew_limit`.
+
+    >>> make_policy("lqg", sensors="surface").predict
+    """
+    return find_policy(policy).make(**context)
+
+
+def load_class(file: Path, name: str) -> type:
+    """A class from a Python file, which may import from its own folder. `ValueError` where it has none of that name."""
+    place = file.resolve()
+    module_name = f"{file.stem}_{hashlib.sha256(str(place).encode()).hexdigest()[:8]}"  # hides no other module
+    spec = importlib.util.spec_from_file_location(module_name, place)
+    if spec is None or spec.loader is None:
+        raise ValueError(f"{file} is not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[module_name] = module
+    sys.path.insert(0, str(place.parent))
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.remove(str(place.parent))
+    classes = [key for key, value in vars(module).items() if getattr(value, "__module__", None) == module_name]
+    classes = [key for key in classes if inspect.isclass(getattr(module, key))]
+    if name not in classes:
+        raise ValueError(f"{file} has no class {name!r}; {closest(name, classes)}")
+    found: type = getattr(module, name)
+    return found
+
+
+@lru_cache(maxsize=1)
+def _installed() -> Mapping[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=GROUP)}
+
+
+def _from_entry_point(name: str, entry: EntryPoint) -> PolicySource:
+    own = entry.dist is not None and entry.dist.name == "drillrig"
+    about = {"kind": "baseline"} if own or entry.dist is None else {"kind": "installed", "package": entry.dist.name}
+    return PolicySource(name, {"": entry.load()}, about)
+
+
+def _agents() -> Any:
+    """The clone's own `agents`, whose name other packages have as well: never one from elsewhere."""
+    if str(_CLONE) not in sys.path:
+        sys.path.insert(0, str(_CLONE))
+    return importlib.import_module("agents.policy.finding")

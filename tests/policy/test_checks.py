@@ -1,0 +1,128 @@
+"""The tests that a policy can run on itself: what keeps the contract passes, each breach is named."""
+
+import numpy as np
+import pytest
+
+from drillrig_env.policy import check_policy, policy_names
+
+
+class Keeps:
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        seen = np.zeros((len(observation), 1)) if state is None else np.array(state[0])
+        seen[np.asarray(episode_start, bool)] = 0.0
+        seen += observation[:, :1]
+        return np.tanh(seen).astype(np.float32), (seen,)
+
+
+class Remembers(Keeps):
+    calls = 0
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        self.calls += 1
+        actions, state = super().predict(observation, state, episode_start)
+        return actions / self.calls, state
+
+
+class ChangesObservations(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        observation *= 1.0
+        observation[:] = 0.0
+        return super().predict(observation, state, episode_start)
+
+
+class ChangesItsState(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        if state is not None:
+            state[0][:] = 0.0
+        return super().predict(observation, state, episode_start)
+
+
+class LooksAround(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.tanh(observation[:, :1] - observation[:, :1].mean()).astype(np.float32), None
+
+
+class CountsRigs(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.linspace(0.0, 1.0, len(observation), dtype=np.float32)[:, None], None
+
+
+class NeverForgets(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return super().predict(observation, state, np.zeros(len(observation), bool))
+
+
+class Flat(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros(len(observation), np.float32), None
+
+
+class TooMuch(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.full((len(observation), 1), 2.0, np.float32), None
+
+
+class NotFinite(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.full((len(observation), 1), np.nan, np.float32), None
+
+
+class Whole(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros((len(observation), 1), int), None
+
+
+class NoState(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros((len(observation), 1), np.float32)
+
+
+class OddSensors(Keeps):
+    sensors = 5
+
+
+class CannotBeTold(Keeps):
+    privileged = ("mu_s",)
+
+
+class NoPolicy:
+    pass
+
+
+@pytest.mark.parametrize("policy", [Keeps, Keeps()])
+def test_a_policy_that_keeps_the_contract_passes(policy):
+    check_policy(policy)
+
+
+@pytest.mark.parametrize(
+    ("policy", "fault"),
+    [
+        (Remembers, "keeps something of its own"),
+        (ChangesObservations, "changes the observations"),
+        (ChangesItsState, "keeps something of its own|changes the state"),
+        (LooksAround, "otherwise on rig 0 alone"),
+        (CountsRigs, "otherwise on rig"),
+        (NeverForgets, "remembers, after an episode's start"),
+        (Flat, r"shape \(6,\).*allowed.*\(6, 1\)"),
+        (TooMuch, "finite, -1 to 1"),
+        (NotFinite, "finite, -1 to 1"),
+        (Whole, "int64"),
+        (NoState, r"predict returns ndarray; allowed: \(actions, state\)"),
+        (OddSensors, "sensors = 5"),
+        (CannotBeTold, "must be told mu_s"),
+        (NoPolicy, "has no predict"),
+    ],
+)
+def test_each_breach_is_named(policy, fault):
+    with pytest.raises((ValueError, TypeError), match=fault):
+        check_policy(policy)
+
+
+@pytest.mark.parametrize("name", [name for name in policy_names() if name != "mppi"])
+def test_the_projects_own_policies_keep_it(name):
+    check_policy(name, sensors="state" if name != "ppo_surface" else "surface")
+
+
+@pytest.mark.slow
+def test_the_planner_keeps_it():
+    check_policy("mppi", sensors="state")
