@@ -10,7 +10,7 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo test slow lint figures results benchmark peers clean
+.PHONY: demo test slow clients lint figures results benchmark peers clean
 
 demo: $(READY)  ## The trained agents and the whole field on 1,000 random rigs
 	$(BIN)/python eval.py --suite default --output $(DEMO)
@@ -20,6 +20,10 @@ test: $(READY) lint  ## Linters, type checker and the fast tests
 
 slow: $(READY)  ## The tests that take minutes
 	$(BIN)/python -m pytest -m slow -n 2
+
+clients: $(READY)  ## The environments with other libraries for reinforcement learning, which it installs
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,clients]'
+	$(BIN)/python -m pytest -m clients
 
 lint: $(READY)
 	$(BIN)/ruff check

@@ -1,0 +1,39 @@
+"""RL Baselines3 Zoo trains on the environment from its command line, and plays what it has trained."""
+
+import subprocess
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.clients
+pytest.importorskip("rl_zoo3", reason="needs the extra clients")
+
+SETTINGS = """\
+{name}:
+  n_envs: 2
+  n_timesteps: 64
+  policy: MlpPolicy
+  n_steps: 16
+  batch_size: 16
+  n_epochs: 1
+  normalize: true
+"""
+
+
+def run(*words, folder):
+    done = subprocess.run([sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("vec_env", ["dummy", "subproc"])
+def test_train_and_enjoy(tmp_path, vec_env):
+    name = "DrillRig-v0"
+    (tmp_path / "ppo.yml").write_text(SETTINGS.format(name=name), encoding="utf-8")
+    common = ("--algo", "ppo", "--env", name, "--gym-packages", "drillrig_env", "--seed", "1", "-f", "logs")
+    arguments = ("--env-kwargs", "duration:1.0", "rig:{'J_1': 0.03}", "--vec-env", vec_env, "--conf-file", "ppo.yml")
+    out = run("rl_zoo3.train", *common, *arguments, "--eval-freq", "20", "--eval-episodes", "2", folder=tmp_path)
+    assert "success_rate" in out
+    assert (tmp_path / f"logs/ppo/{name}_1/{name}.zip").is_file()
+    played = run("rl_zoo3.enjoy", *common, "-n", "20", "--no-render", folder=tmp_path)
+    assert "Loading" in played
