@@ -17,7 +17,7 @@ import numpy as np
 
 from drillrig_env import Friction, Rig
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.friction import torque_in_zone, zone_of
+from drillrig_env.friction import Contact, torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.reference import radau
 
@@ -48,9 +48,8 @@ class Rigs:
     @property
     def contacts(self) -> FloatArray:
         """The contact of each rig, shape (rigs, 4)."""
-        normal_force, mu_s, mu_k, v_b = self.friction.as_array(len(self)).T
-        torque = normal_force * RIG.r_1
-        return np.ascontiguousarray(np.stack([torque * mu_s, torque * mu_k, v_b, self.speed_reference], axis=1))
+        records = self.friction.contacts(RIG, self.speed_reference, len(self))
+        return np.stack([records[name] for name in ("static", "kinetic", "v_b", "speed_reference")], axis=1)
 
     def bit_speeds(self, times: FloatArray, rtol: float = 1e-11) -> FloatArray:
         """Bit speed at `times[1:]` by Radau with the kinks split by events, shape (rigs, len(times) - 1)."""
@@ -89,8 +88,9 @@ def compiled_rates() -> Rates:
 
     @numba.njit(nogil=True, error_model="numpy")
     def rates(x: FloatArray, contact: FloatArray, out: FloatArray) -> None:
-        static, kinetic, v_b, omega_ref = contact[0], contact[1], contact[2], contact[3]
-        torque, _ = torque_in_zone(zone_of(x[2], omega_s), x[2], static, kinetic, v_b, omega_s)
+        omega_ref = contact[3]
+        pressed = Contact(contact[0], contact[1], contact[2], omega_s, omega_ref)
+        torque, _ = torque_in_zone(zone_of(x[2], omega_s), x[2], pressed)
         out[0] = x[2] - x[3]
         out[1] = x[3] - x[4]
         out[2] = A[2, 0] * x[0] + A[2, 2] * x[2] + A[2, 3] * x[3] + to_rates[2] * torque
@@ -108,7 +108,8 @@ def compiled_jacobian() -> Rates:
 
     @numba.njit(nogil=True, error_model="numpy")
     def slopes(x: FloatArray, contact: FloatArray, out: FloatArray) -> None:
-        _, slope = torque_in_zone(zone_of(x[2], omega_s), x[2], contact[0], contact[1], contact[2], omega_s)
+        pressed = Contact(contact[0], contact[1], contact[2], omega_s, contact[3])
+        _, slope = torque_in_zone(zone_of(x[2], omega_s), x[2], pressed)
         out[:] = A
         out[2, 2] += to_rates[2] * slope
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import ode, solve_ivp
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction, torque_in_zone, zone_of
+from drillrig_env.friction import Contact, Friction, torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.rig import Rig
 
@@ -33,11 +33,11 @@ def vode(
     With `with_jacobian=False` VODE iterates functionally, at some 40 times the work. The Jacobian
     is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
     """
-    law = friction.law(rig)
+    contact = _plain_contact(rig, friction, speed_reference)
 
     def rates(_t: float, x: FloatArray) -> list[float]:
         x_3 = float(x[2])
-        torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s), x_3, *law)
+        torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s), x_3, contact)
         return state_equations(x.tolist(), speed_reference, torque, rig)
 
     solver = ode(rates).set_integrator(
@@ -67,7 +67,7 @@ def radau(
     Every piece is smooth beyond its zone, so the event is found on a smooth solution. Arguments and
     result as for `vode`; the accurate reference of the project.
     """
-    law = friction.law(rig)
+    contact = _plain_contact(rig, friction, speed_reference)
     linear, to_rates = jacobian(rig), friction_input(rig)
     offset = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
     states = np.empty((len(times) - 1, 7))
@@ -76,11 +76,11 @@ def radau(
     while done < len(states):
 
         def rates(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
-            return np.asarray(linear @ x + offset + to_rates * _torque_in_zone(zone, float(x[2]), *law)[0])
+            return np.asarray(linear @ x + offset + to_rates * _torque_in_zone(zone, float(x[2]), contact)[0])
 
         def slopes(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
             full = linear.copy()
-            full[2, 2] += to_rates[2] * _torque_in_zone(zone, float(x[2]), *law)[1]
+            full[2, 2] += to_rates[2] * _torque_in_zone(zone, float(x[2]), contact)[1]
             return full
 
         edges = {0: (-1, 1), 1: (1,), -1: (-1,)}[zone]
@@ -107,6 +107,10 @@ def radau(
             x[2] = edges[hit] * rig.omega_s
             zone = edges[hit] if zone == 0 else 0
     return states
+
+
+def _plain_contact(rig: Rig, friction: Friction, speed_reference: float) -> Contact:
+    return Contact(*friction.single().contacts(rig, speed_reference)[0].item())
 
 
 class _Edge:

@@ -15,9 +15,10 @@ from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.env.reward import reward_terms, update_statistics
 from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
+from drillrig_env.friction import press
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.propagator import WORKSPACE, advance
-from drillrig_env.stepper.tables import SAMPLES, STATE, UNITS
+from drillrig_env.stepper.tables import SAMPLES, STATE, UNITS, from_equilibrium, to_states
 from drillrig_env.verdict import STUCK_SPEED
 
 CONTROL_PERIOD = 0.1
@@ -95,7 +96,7 @@ def step_episodes(
     settings: Records,
     rungs: Records,
     sampling: Records,
-    shift: FloatArray,
+    shift: Records,
     layout: Records,
     past: Past,
     observations: npt.NDArray[np.float32],
@@ -130,7 +131,7 @@ def observe_episodes(episodes: Records, layout: Records, past: Past, observation
 
 @inlined
 def _step(
-    episode: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record
+    episode: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
     episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), LARGEST_REFERENCE)
@@ -161,16 +162,14 @@ def _step(
 
 
 @compiled
-def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> None:
+def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
-    static, kinetic = episode.normal_force * s.r_1 * episode.mu_s, episode.normal_force * s.r_1 * episode.mu_k
-    reference = episode.speed_reference
-    y = episode.state
-    for i in range(7):
-        y[i] -= shift[0, i] + shift[1, i] * reference
-    advance(y, reference, static, kinetic, episode.v_b, s.omega_s, rungs, sampling, work, True, UNITS)
-    for i in range(7):
-        y[i] += shift[0, i] + shift[1, i] * reference
+    y, contact = episode.state, work.contact
+    press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, s.r_1)
+    contact.omega_s, contact.speed_reference = s.omega_s, episode.speed_reference
+    from_equilibrium(y, contact, shift, y)
+    advance(y, contact, rungs, sampling, work, True, UNITS)
+    to_states(y, contact, shift, y)
     lowest = highest = work.speed_samples[0]
     highest_torque = work.torque_samples[0]
     mean, variance, total, torque, stuck = episode.mean, episode.variance, 0.0, 0.0, 0
@@ -190,7 +189,7 @@ def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: 
     deviation = episode.string_torque - episode.torque_mean
     episode.torque_mean += s.torque_mean_gain * deviation
     episode.torque_variance += s.torque_variance_gain * (deviation * deviation - episode.torque_variance)
-    episode.voltage = s.k_p * (reference - y[4]) + s.k_i * y[6] + s.back_emf_compensation * y[4]
+    episode.voltage = s.k_p * (episode.speed_reference - y[4]) + s.k_i * y[6] + s.back_emf_compensation * y[4]
 
 
 @inlined
@@ -250,7 +249,7 @@ _DEVIATION_OF_CALM = 0.02
 
 @compiled
 def settle_episodes(
-    episodes: Records, phases: FloatArray, settings: Records, rungs: Records, sampling: Records, shift: FloatArray
+    episodes: Records, phases: FloatArray, settings: Records, rungs: Records, sampling: Records, shift: Records
 ) -> None:
     """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
 
@@ -268,7 +267,7 @@ def settle_episodes(
 
 
 @inlined
-def _settle(episode: Record, s: Record, rungs: Records, sampling: Records, shift: FloatArray, work: Record) -> int:
+def _settle(episode: Record, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record) -> int:
     """Run a rig until it cycles or calms down; the period in control steps, 0 where it calmed down."""
     was_stuck, last_release, period = True, 0, 0
     for step in range(_LONGEST_SETTLING):

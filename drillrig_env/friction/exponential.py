@@ -20,7 +20,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from drillrig_env.allowed import OneARig
-from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.arrays import FloatArray, Quantity, Record, Records
+from drillrig_env.friction.contact import contacts_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, parameter, refuse
 from drillrig_env.rig import Rig
@@ -72,10 +73,13 @@ class Friction:
             raise refuse("Friction", "number of rigs", len(table), "", "one here")
         return Friction(*table[0].tolist())
 
-    def law(self, rig: Rig) -> tuple[float, float, float, float]:
-        """What `torque_in_zone` takes for one rig: N_1 r_1 mu_s and N_1 r_1 mu_k (N m), v_b, omega_s."""
-        normal_force, mu_s, mu_k, v_b = self.single().as_array()[0].tolist()
-        return normal_force * rig.r_1 * mu_s, normal_force * rig.r_1 * mu_k, v_b, rig.omega_s
+    def contacts(self, rig: Rig, speed_reference: Quantity, rigs: int | None = None) -> np.ndarray:
+        """The records of CONTACT for rigs that share `rig`, shape (rigs,); `rigs` as for `as_array`.
+
+        `speed_reference` (rad/s) is one number, or one entry a rig.
+        """
+        normal_force, mu_s, mu_k, v_b = self.as_array(rigs).T
+        return contacts_of(rig, normal_force, mu_s, mu_k, v_b, speed_reference)
 
     def torque(self, rig: Rig, bit_speed: Quantity) -> Quantity:
         """Torque of the adopted law (4-9) at a bit speed (rad/s), in N m; shapes broadcast."""
@@ -94,12 +98,10 @@ class Friction:
         return float(torque) if np.ndim(torque) == 0 else np.asarray(torque)
 
     def _evaluate(self, rig: Rig, bit_speed: Quantity) -> tuple[Quantity, Quantity]:
-        static = np.asarray(self.normal_force) * rig.r_1 * self.mu_s
-        kinetic = np.asarray(self.normal_force) * rig.r_1 * self.mu_k
-        x_3, static, kinetic, v_b = np.broadcast_arrays(bit_speed, static, kinetic, self.v_b)
+        contacts = contacts_of(rig, self.normal_force, self.mu_s, self.mu_k, self.v_b)
+        x_3, contacts = np.broadcast_arrays(np.asarray(bit_speed, dtype=float), contacts)
         torque, slope = np.empty(x_3.shape), np.empty(x_3.shape)
-        flat = [np.array(values, dtype=float).ravel() for values in (x_3, static, kinetic, v_b)]
-        _law_over(flat[0], flat[1], flat[2], flat[3], rig.omega_s, torque.reshape(-1), slope.reshape(-1))
+        _law_over(np.array(x_3).ravel(), np.array(contacts).ravel(), torque.reshape(-1), slope.reshape(-1))
         return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
 
     @classmethod
@@ -135,31 +137,20 @@ def zone_of(x_3: float, omega_s: float) -> int:
 
 
 @inlined
-def torque_in_zone(
-    zone: int, x_3: float, static: float, kinetic: float, v_b: float, omega_s: float
-) -> tuple[float, float]:
-    """Torque and slope of one piece of (4-9), continued smoothly beyond its zone.
+def torque_in_zone(zone: int, x_3: float, contact: Record) -> tuple[float, float]:
+    """Torque and slope of one piece of (4-9) for a `Contact` or a record of it, continued smoothly beyond its zone.
 
-    `static` = N_1 r_1 mu_s and `kinetic` = N_1 r_1 mu_k in N m. The smooth continuation lets an
-    integrator reach past the kink and then say where it was crossed.
+    The smooth continuation lets an integrator reach past the kink and then say where it was crossed.
     """
     if zone == 0:
-        slope = static / omega_s
+        slope = contact.static / contact.omega_s
         return slope * x_3, slope
-    decaying = (static - kinetic) * exp(-v_b * zone * x_3)
-    return zone * (kinetic + decaying), -v_b * decaying
+    decaying = (contact.static - contact.kinetic) * exp(-contact.v_b * zone * x_3)
+    return zone * (contact.kinetic + decaying), -contact.v_b * decaying
 
 
 @compiled
-def _law_over(
-    x_3: FloatArray,
-    static: FloatArray,
-    kinetic: FloatArray,
-    v_b: FloatArray,
-    omega_s: float,
-    torque: FloatArray,
-    slope: FloatArray,
-) -> None:
+def _law_over(x_3: FloatArray, contacts: Records, torque: FloatArray, slope: FloatArray) -> None:
     for i in range(x_3.size):
-        zone = zone_of(x_3[i], omega_s)
-        torque[i], slope[i] = torque_in_zone(zone, x_3[i], static[i], kinetic[i], v_b[i], omega_s)
+        contact = contacts[i]
+        torque[i], slope[i] = torque_in_zone(zone_of(x_3[i], contact.omega_s), x_3[i], contact)

@@ -15,7 +15,7 @@ from drillrig_env.jit.compiled import compiled
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.propagator import WORKSPACE, advance
-from drillrig_env.stepper.tables import STATE, UNITS, ladder
+from drillrig_env.stepper.tables import STATE, UNITS, from_equilibrium, ladder, to_states
 
 _PERIOD = 0.05  # s
 _LONGEST_RETURN = 4000  # periods
@@ -23,9 +23,10 @@ _LONGEST_RETURN = 4000  # periods
 
 def flow(rig: Rig, friction: Friction, speed_reference: float, states: FloatArray, time: float) -> FloatArray:
     """States of shape (n, 7) after any `time` (s) at constant speed reference (rad/s)."""
-    law, matrix, tables = np.array([*friction.law(rig), speed_reference]), _rates_matrix(rig), ladder(rig, _PERIOD)
+    contacts = friction.single().contacts(rig, speed_reference)
+    matrix, tables = _rates_matrix(rig), ladder(rig, _PERIOD)
     result = np.array(states, dtype=float)
-    _flow(result, time, law, matrix, tables.rungs, tables.sampling, tables.shift)
+    _flow(result, time, contacts, matrix, tables.rungs, tables.sampling, tables.shift)
     return result
 
 
@@ -36,9 +37,10 @@ def next_crossings(
 
     Returns the states there and the times taken (s; NaN where 200 s brought none).
     """
-    law, matrix, tables = np.array([*friction.law(rig), speed_reference]), _rates_matrix(rig), ladder(rig, _PERIOD)
+    contacts = friction.single().contacts(rig, speed_reference)
+    matrix, tables = _rates_matrix(rig), ladder(rig, _PERIOD)
     result, times = np.array(states, dtype=float), np.empty(len(states))
-    _cross(result, times, law, matrix, tables.rungs, tables.sampling, tables.shift)
+    _cross(result, times, contacts, matrix, tables.rungs, tables.sampling, tables.shift)
     return result, times
 
 
@@ -51,84 +53,75 @@ def _rates_matrix(rig: Rig) -> FloatArray:
 def _flow(
     states: FloatArray,
     time: float,
-    law: FloatArray,
+    contacts: Records,
     matrix: FloatArray,
     rungs: Records,
     sampling: Records,
-    shift: FloatArray,
+    shift: Records,
 ) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
-    y = np.zeros(STATE)
+    y, contact = np.zeros(STATE), contacts[0]
     periods = int(time / _PERIOD)
     units = int((time - periods * _PERIOD) / _PERIOD * UNITS)
     rest = time - _PERIOD * (periods + units / UNITS)
     for n in range(states.shape[0]):
-        for i in range(7):
-            y[i] = states[n, i] - shift[0, i] - shift[1, i] * law[4]
+        from_equilibrium(states[n], contact, shift, y)
         for _ in range(periods):
-            _advance(y, law, rungs, sampling, work, UNITS)
-        _advance(y, law, rungs, sampling, work, units)
-        _drift(y, law, matrix, rest)
-        for i in range(7):
-            states[n, i] = y[i] + shift[0, i] + shift[1, i] * law[4]
+            advance(y, contact, rungs, sampling, work, False, UNITS)
+        advance(y, contact, rungs, sampling, work, False, units)
+        _drift(y, contact, matrix, rest)
+        to_states(y, contact, shift, states[n])
 
 
 @compiled
 def _cross(
     states: FloatArray,
     times: FloatArray,
-    law: FloatArray,
+    contacts: Records,
     matrix: FloatArray,
     rungs: Records,
     sampling: Records,
-    shift: FloatArray,
+    shift: Records,
 ) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
-    y, before = np.zeros(STATE), np.zeros(STATE)
+    y, before, contact = np.zeros(STATE), np.zeros(STATE), contacts[0]
     for n in range(states.shape[0]):
-        for i in range(7):
-            y[i] = states[n, i] - shift[0, i] - shift[1, i] * law[4]
+        from_equilibrium(states[n], contact, shift, y)
         times[n] = np.nan
         for period in range(_LONGEST_RETURN):
             before[:] = y
-            _advance(y, law, rungs, sampling, work, UNITS)
+            advance(y, contact, rungs, sampling, work, False, UNITS)
             if before[2] < 0.0 <= y[2]:
-                units = _locate(before, y, law, rungs, sampling, work)
-                rest = -y[2] / _rate(y, 2, law, matrix)
-                _drift(y, law, matrix, rest)
+                units = _locate(before, y, contact, rungs, sampling, work)
+                rest = -y[2] / _rate(y, 2, contact, matrix)
+                _drift(y, contact, matrix, rest)
                 times[n] = _PERIOD * (period + units / UNITS) + rest
                 break
-        for i in range(7):
-            states[n, i] = y[i] + shift[0, i] + shift[1, i] * law[4]
+        to_states(y, contact, shift, states[n])
 
 
 @compiled
-def _locate(before: FloatArray, y: FloatArray, law: FloatArray, rungs: Records, sampling: Records, work: Record) -> int:
+def _locate(before: FloatArray, y: FloatArray, contact: Record, rungs: Records, sampling: Records, work: Record) -> int:
     """Bisect for the last unit before the crossing, leaving `y` there; the units from `before`."""
     low, high = 0, UNITS
     while high - low > 1:
         middle = (low + high) // 2
         y[:] = before
-        _advance(y, law, rungs, sampling, work, middle)
+        advance(y, contact, rungs, sampling, work, False, middle)
         if y[2] < 0.0:
             low = middle
         else:
             high = middle
     y[:] = before
-    _advance(y, law, rungs, sampling, work, low)
+    advance(y, contact, rungs, sampling, work, False, low)
     return low
 
 
 @compiled
-def _advance(y: FloatArray, law: FloatArray, rungs: Records, sampling: Records, work: Record, stop: int) -> None:
-    advance(y, law[4], law[0], law[1], law[2], law[3], rungs, sampling, work, False, stop)
-
-
-@compiled
-def _rate(y: FloatArray, i: int, law: FloatArray, matrix: FloatArray) -> float:
+def _rate(y: FloatArray, i: int, contact: Record, matrix: FloatArray) -> float:
     """Present rate of state i."""
-    x_3 = y[2] + law[4]
-    torque, _ = torque_in_zone(zone_of(x_3, law[3]), x_3, law[0], law[1], law[2], law[3])
+    x_3 = y[2] + contact.speed_reference
+    torque, _ = torque_in_zone(zone_of(x_3, contact.omega_s), x_3, contact)
     rate = float(matrix[i, 7] * torque)
     for k in range(7):
         rate += matrix[i, k] * y[k]
@@ -136,10 +129,10 @@ def _rate(y: FloatArray, i: int, law: FloatArray, matrix: FloatArray) -> float:
 
 
 @compiled
-def _drift(y: FloatArray, law: FloatArray, matrix: FloatArray, time: float) -> None:
+def _drift(y: FloatArray, contact: Record, matrix: FloatArray, time: float) -> None:
     """Move `y` on by less than one unit, at its present rates."""
     rates = np.zeros(7)
     for i in range(7):
-        rates[i] = _rate(y, i, law, matrix)
+        rates[i] = _rate(y, i, contact, matrix)
     for i in range(7):
         y[i] += time * rates[i]

@@ -15,7 +15,7 @@ from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.propagator import WORKSPACE, advance
-from drillrig_env.stepper.tables import LONGEST_PERIOD, STATE, TOLERANCE, UNITS, ladder
+from drillrig_env.stepper.tables import LONGEST_PERIOD, STATE, TOLERANCE, UNITS, from_equilibrium, ladder, to_states
 
 
 def simulate_batch(
@@ -86,17 +86,13 @@ def advance_batch(
     """
     rigs = states.shape[0]
     tables = ladder(rig, period, tolerance)
-    contact = friction.as_array(rigs)
-    reference = np.ascontiguousarray(np.broadcast_to(np.asarray(speed_reference, dtype=float), rigs))
+    contacts = friction.contacts(rig, speed_reference, rigs)
     result = np.empty((rigs, periods // every, 7))
 
     def run(part: slice) -> None:
         _advance_rigs(
             np.ascontiguousarray(states[part], dtype=float),
-            reference[part],
-            contact[part],
-            rig.r_1,
-            rig.omega_s,
+            contacts[part],
             tables.rungs,
             tables.sampling,
             tables.shift,
@@ -111,26 +107,19 @@ def advance_batch(
 @compiled
 def _advance_rigs(
     states: FloatArray,
-    reference: FloatArray,
-    contact: FloatArray,
-    r_1: float,
-    omega_s: float,
+    contacts: Records,
     rungs: Records,
     sampling: Records,
-    shift: FloatArray,
+    shift: Records,
     every: int,
     result: FloatArray,
 ) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
     y = np.zeros(STATE)
     for n in range(states.shape[0]):
-        speed = reference[n]
-        normal_force, mu_s, mu_k, v_b = contact[n]
-        static, kinetic = normal_force * r_1 * mu_s, normal_force * r_1 * mu_k
-        for i in range(7):
-            y[i] = states[n, i] - shift[0, i] - shift[1, i] * speed
+        contact = contacts[n]
+        from_equilibrium(states[n], contact, shift, y)
         for sample in range(result.shape[1]):
             for _ in range(every):
-                advance(y, speed, static, kinetic, v_b, omega_s, rungs, sampling, work, False, UNITS)
-            for i in range(7):
-                result[n, sample, i] = y[i] + shift[0, i] + shift[1, i] * speed
+                advance(y, contact, rungs, sampling, work, False, UNITS)
+            to_states(y, contact, shift, result[n, sample])

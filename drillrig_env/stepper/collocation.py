@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Record
-from drillrig_env.friction import torque_in_zone
+from drillrig_env.friction import CONTACT, torque_in_zone
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.tables import NODES, POWERS_FROM_NODES, RADAU_NODES, SAMPLES, STATE
@@ -40,25 +40,15 @@ WORKSPACE = np.dtype(
         ("fast_left", "f8", STATE),
         ("speed_samples", "f8", SAMPLES),
         ("torque_samples", "f8", SAMPLES),
+        ("contact", CONTACT),
     ],
     align=True,
 )
-"""Scratch numbers of one rig's step; `advance` leaves its samples in the last two fields."""
+"""Scratch numbers of one rig's step; `advance` leaves its samples there, and a caller may keep the contact there."""
 
 
 @compiled
-def solve_nodes(
-    y: FloatArray,
-    speed_reference: float,
-    zone: int,
-    static: float,
-    kinetic: float,
-    v_b: float,
-    omega_s: float,
-    table: Record,
-    work: Record,
-    fine: bool,
-) -> float:
+def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: Record, fine: bool) -> float:
     """Solve a step with one piece of the law; the share of the step over which the solution holds.
 
     1 is the whole step; less means that it crosses the kink there, and 0 that no share is accurate.
@@ -68,8 +58,9 @@ def solve_nodes(
 
     Newton's error is that of the linearised T_r1 at a node: half of T_r1'' step^2, with T_r1'' = -v_b T_r1'.
     """
+    speed_reference, omega_s = contact.speed_reference, contact.omega_s
     start = y[2] + speed_reference
-    torque, slope = torque_in_zone(zone, start, static, kinetic, v_b, omega_s)
+    torque, slope = torque_in_zone(zone, start, contact)
     A = table.node_from_state
     linear = speed_reference + y[0] * row(A, 0, NODES) + y[1] * row(A, 1, NODES) + y[2] * row(A, 2, NODES)
     linear = linear + y[3] * row(A, 3, NODES)
@@ -78,13 +69,13 @@ def solve_nodes(
     for j in range(NODES):
         work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
-        error = 0.5 * v_b * _newton_step(table, work)
+        error = 0.5 * contact.v_b * _newton_step(table, work)
         if zone == 0 or error < table.newton_tolerance:
             return _reach(start, torque, zone, omega_s, table, work, fine)
         for j in range(NODES):
             if not fine and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
                 return _crossing(start, zone, omega_s, work, fine)
-            work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], static, kinetic, v_b, omega_s)
+            work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], contact)
     return 0.0
 
 

@@ -35,18 +35,7 @@ _POWER_LIMIT, _POWER_TOLERANCE = 10, 1e-8
 
 
 @compiled
-def step_through_kinks(
-    y: FloatArray,
-    speed_reference: float,
-    zone: int,
-    static: float,
-    kinetic: float,
-    v_b: float,
-    omega_s: float,
-    table: Record,
-    work: Record,
-    reach: float,
-) -> bool:
+def step_through_kinks(y: FloatArray, zone: int, contact: Record, table: Record, work: Record, reach: float) -> bool:
     """Take a step that was solved up to `reach`, across the kinks within it; False, and `y` as it was, if it cannot.
 
     The arguments are those of `solve_nodes`, which has left its solution in `work`.
@@ -58,11 +47,11 @@ def step_through_kinks(
         amplitude, rate = 0.0, 0.0
         rough_stick = zone == 0 and (piece > 0 or reach == 0.0)
         if rough_stick:
-            amplitude, rate = _split(y, speed_reference, static / omega_s, table, work)
+            amplitude, rate = _split(y, contact, table, work)
             if rate == 0.0:
                 break
         if piece > 0 or rough_stick:
-            reach = solve_nodes(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, True)
+            reach = solve_nodes(y, zone, contact, table, work, True)
         settling = amplitude * exp(rate * min(reach, left))
         if reach == 0.0 or (reach < left and abs(settling) > _SETTLED):
             break
@@ -73,7 +62,7 @@ def step_through_kinks(
         if reach >= left:
             return True
         left -= reach
-        forwards = 1 if y[2] + speed_reference > 0.0 else -1
+        forwards = 1 if y[2] + contact.speed_reference > 0.0 else -1
         zone = 0 if zone != 0 else forwards
     for i in range(STATE):
         y[i] = work.before[i]
@@ -107,7 +96,7 @@ def _land(y: FloatArray, table: Record, work: Record, share: float) -> None:
 
 
 @compiled
-def _split(y: FloatArray, speed_reference: float, sigma: float, table: Record, work: Record) -> tuple[float, float]:
+def _split(y: FloatArray, contact: Record, table: Record, work: Record) -> tuple[float, float]:
     """Take the fast settling out of `y`: its amplitude a (rad/s) and rate z (a step); its vector is `work.fast`.
 
     Where no mode is much faster than the others, z is 0 and `y` remains as it was.
@@ -115,7 +104,7 @@ def _split(y: FloatArray, speed_reference: float, sigma: float, table: Record, w
     right, left, new = work.fast, work.fast_left, work.state
     for i in range(STATE):
         right[i] = left[i] = 1.0 if i == 2 else 0.0
-    gain = sigma * table.rate_from_torque[2]
+    gain = contact.static / contact.omega_s * table.rate_from_torque[2]
     change, rate = 1.0, 0.0
     for _ in range(_POWER_LIMIT):
         for i in range(STATE):
@@ -137,7 +126,7 @@ def _split(y: FloatArray, speed_reference: float, sigma: float, table: Record, w
     if not (change < _POWER_TOLERANCE and rate < 0.0):
         return 0.0, 0.0
     # u M_s = z u and M_s y* = -b sigma omega_ref give u y* = -u b sigma omega_ref / z; and u v is to be 1.
-    amplitude, norm = gain * speed_reference / rate, 0.0
+    amplitude, norm = gain * contact.speed_reference / rate, 0.0
     for i in range(7):
         amplitude += left[i] * y[i]
         norm += left[i] * right[i]

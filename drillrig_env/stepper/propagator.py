@@ -26,30 +26,19 @@ _STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS
 
 @compiled
 def advance(
-    y: FloatArray,
-    speed_reference: float,
-    static: float,
-    kinetic: float,
-    v_b: float,
-    omega_s: float,
-    rungs: Records,
-    sampling: Records,
-    work: Record,
-    sampled: bool,
-    stop: int,
+    y: FloatArray, contact: Record, rungs: Records, sampling: Records, work: Record, sampled: bool, stop: int
 ) -> None:
     """Advance one rig over one period of held input, or its first `stop` of UNITS units, in place.
 
     y                shape (8,): the 7 states less the frictionless equilibrium, and a pad
-    speed_reference  omega_ref, rad/s
-    static, kinetic  N_1 r_1 mu_s and N_1 r_1 mu_k, N m;  v_b in s/rad, omega_s in rad/s
+    contact          a CONTACT record: the friction and the speed reference
     rungs, sampling  the tables of a `Ladder`
     work             a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
                      (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """
     position, rung, kink = 0, 0, UNITS
     while position < stop:
-        zone = zone_of(y[2] + speed_reference, omega_s)
+        zone = zone_of(y[2] + contact.speed_reference, contact.omega_s)
         if zone == 0:
             rung = max(rung, _STICK_RUNG)
         size = UNITS >> rung
@@ -57,13 +46,13 @@ def advance(
             rung += 1
             continue
         table, fine, last = rungs[rung], rung >= _KINK_RUNG, rung == RUNGS - 1
-        reach = solve_nodes(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, fine)
+        reach = solve_nodes(y, zone, contact, table, work, fine)
         if reach == 1.0 or last:
             if sampled and rung < SAMPLED_RUNGS:
-                _sample_step(y, speed_reference, sampling[rung], work, position // _SAMPLE_UNITS, rung)
+                _sample_step(y, contact.speed_reference, sampling[rung], work, position // _SAMPLE_UNITS, rung)
             take_step(y, table, work)
             climb = 1
-        elif fine and step_through_kinks(y, speed_reference, zone, static, kinetic, v_b, omega_s, table, work, reach):
+        elif fine and step_through_kinks(y, zone, contact, table, work, reach):
             climb = rung
         else:
             if reach > 0.0:
@@ -72,7 +61,7 @@ def advance(
             continue
         position += size
         if sampled and rung >= SAMPLED_RUNGS and position % _SAMPLE_UNITS == 0:
-            _sample_state(y, speed_reference, sampling[0], work, position // _SAMPLE_UNITS - 1)
+            _sample_state(y, contact.speed_reference, sampling[0], work, position // _SAMPLE_UNITS - 1)
         rung = max(rung - climb, 0)
         if position > kink:
             kink = UNITS

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import expm
 
-from drillrig_env.arrays import FloatArray
+from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.jit.compiled import inlined
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
@@ -88,19 +89,23 @@ SAMPLING = np.dtype(
 )
 
 
+SHIFT = np.dtype([("at_rest", "f8", STATE), ("per_speed", "f8", STATE)], align=True)
+"""The frictionless equilibrium: at the speed reference 0, and what 1 rad/s adds to it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Ladder:
     """The tables of one rig for one period of held speed reference, and how accurately to use them.
 
-    `rungs` and `sampling` hold the tables, a record a rung; a frictionless equilibrium is
-    `shift[0] + shift[1] * omega_ref`.
+    `rungs` and `sampling` hold the tables, a record a rung; `shift` has one record, of the equilibrium
+    from which the stepper counts the states (`from_equilibrium`, `to_states`).
     """
 
     rig: Rig
     period: float
     rungs: np.ndarray
     sampling: np.ndarray
-    shift: FloatArray
+    shift: np.ndarray
 
 
 @lru_cache(maxsize=64)
@@ -138,11 +143,25 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
                 sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
             sampling[r]["torque_row"] = torque_row
     rest = frictionless_state(rig, 0.0)
-    shift = np.zeros((2, STATE))
-    shift[0, :7], shift[1, :7] = rest, frictionless_state(rig, 1.0) - rest
+    shift = np.zeros(1, dtype=SHIFT)
+    shift["at_rest"][0, :7], shift["per_speed"][0, :7] = rest, frictionless_state(rig, 1.0) - rest
     for table in (rungs, sampling, shift):
         table.flags.writeable = False
     return Ladder(rig, period, rungs, sampling, shift)
+
+
+@inlined
+def from_equilibrium(states: FloatArray, contact: Record, shift: Records, y: FloatArray) -> None:
+    """The 7 `states` less the frictionless equilibrium of `contact`, which the stepper advances, into `y`."""
+    for i in range(7):
+        y[i] = states[i] - (shift[0].at_rest[i] + shift[0].per_speed[i] * contact.speed_reference)
+
+
+@inlined
+def to_states(y: FloatArray, contact: Record, shift: Records, states: FloatArray) -> None:
+    """The way back from `y` to the 7 `states`."""
+    for i in range(7):
+        states[i] = y[i] + (shift[0].at_rest[i] + shift[0].per_speed[i] * contact.speed_reference)
 
 
 def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -92,10 +92,11 @@ def test_long_steps_agree_with_short_ones(heaviest, highest_reference, omega_s):
 
 def test_fast_settling_is_a_mode_of_the_stick_zone():
     rig, sigma = Rig(), 20.0 * Rig().r_1 * 0.5 / 1e-3
+    contact = Friction(20.0).contacts(rig, 0.0)[0]
     table, work = ladder(rig, 0.1).rungs[4], np.zeros(1, WORKSPACE)[0]
     state = np.array([-0.4, -1.3, 1e-3, 0.1, 0.2, 0.3, 0.4, 0.0])
     y = state.copy()
-    amplitude, rate = _split(y, 0.0, sigma, table, work)
+    amplitude, rate = _split(y, contact, table, work)
     M = jacobian(rig, sigma)
     values, vectors = np.linalg.eig(M)
     fastest = np.argmin(values.real)
@@ -107,7 +108,8 @@ def test_fast_settling_is_a_mode_of_the_stick_zone():
 
 def test_light_bit_has_no_fast_settling():
     y = np.full(STATE, 0.1)
-    assert _split(y, 0.0, 2.0, ladder(Rig(), 0.1).rungs[4], np.zeros(1, WORKSPACE)[0]) == (0.0, 0.0)
+    contact = Friction(0.1).contacts(Rig(), 0.0)[0]
+    assert _split(y, contact, ladder(Rig(), 0.1).rungs[4], np.zeros(1, WORKSPACE)[0]) == (0.0, 0.0)
     np.testing.assert_array_equal(y, 0.1)
 
 
