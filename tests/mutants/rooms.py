@@ -1,0 +1,88 @@
+"""The rooms that decide: which files are mutated, and which tests stand for each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Room:
+    """Files and folders to mutate, and the tests that all of them share (files and folders)."""
+
+    sources: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+ROOMS = {
+    "model": Room(
+        (
+            "drillrig_env/model.py",
+            "drillrig_env/verdict.py",
+            "drillrig_env/policy.py",
+            "drillrig_env/simulation.py",
+            "drillrig_env/friction",
+        ),
+        ("tests/test_model.py", "tests/test_verdict.py", "tests/test_friction.py", "tests/test_simulation.py"),
+    ),
+    "stepper": Room(("drillrig_env/stepper",), ("tests/stepper",)),
+    "env": Room(("drillrig_env/env",), ("tests/env",)),
+    "stability": Room(("drillrig_env/stability",), ("tests/stability",)),
+    "evaluation": Room(("drillrig_env/evaluation",), ("tests/evaluation",)),
+    "baselines": Room(("baselines",), ("tests/baselines",)),
+}
+
+_LEFT_ALONE = (
+    "drillrig_env/env/charts.py",
+    "drillrig_env/env/rendering.py",
+    "drillrig_env/evaluation/findings.py",
+    "drillrig_env/evaluation/page.py",
+    "drillrig_env/evaluation/pictures",
+    "drillrig_env/evaluation/provenance.py",
+    "drillrig_env/evaluation/report.py",
+)
+"""Pictures and pages: they are looked at."""
+
+_NO_JUDGES = ("test_page.py", "test_pictures.py", "test_rendering.py", "test_charts.py")
+"""Tests of what is left alone; they say nothing of the rest of their room, and take long."""
+
+_BESIDE = {
+    "drillrig_env/env/kernel.py": ("tests/env/test_core.py", "tests/env/test_sensors.py"),
+    "drillrig_env/env/reward.py": ("tests/env/test_core.py",),
+    "drillrig_env/env/sb3.py": ("tests/env/test_variants.py",),
+    "drillrig_env/env/single.py": ("tests/env/test_variants.py",),
+    "drillrig_env/env/vector.py": ("tests/env/test_variants.py",),
+    "drillrig_env/stability/bifurcation.py": ("tests/stability/test_orbits.py",),
+    "drillrig_env/stability/limit_cycle.py": ("tests/stability/test_orbits.py",),
+    "drillrig_env/stepper/tables.py": ("tests/stepper/test_propagator.py",),
+    "drillrig_env/stepper/collocation.py": ("tests/stepper/test_propagator.py",),
+    "drillrig_env/stepper/kinks.py": ("tests/stepper/test_propagator.py",),
+    "drillrig_env/friction/exponential.py": ("tests/test_friction.py",),
+    "baselines/baseline.py": ("tests/baselines/test_baselines.py",),
+    "baselines/linear_rig.py": ("tests/baselines/test_lqg.py",),
+    "baselines/startup_plan.py": ("tests/baselines/test_feed_forward_start.py",),
+}
+"""Tests for a file that do not have its name."""
+
+
+def files_of(room: str, root: Path) -> list[str]:
+    """The files of a room that are mutated, relative to the `root` of the project."""
+    found: list[Path] = []
+    for source in ROOMS[room].sources:
+        place = root / source
+        found += sorted(place.rglob("*.py")) if place.is_dir() else [place] * place.exists()
+    names = (path.relative_to(root).as_posix() for path in found)
+    return [name for name in names if not name.startswith(_LEFT_ALONE)]
+
+
+def tests_of(file: str, room: str, root: Path) -> list[list[str]]:
+    """The tests that a file has to pass: first its own, by its name and by _BESIDE; then all others of its room."""
+    shared: list[Path] = []
+    for test in ROOMS[room].tests:
+        place = root / test
+        shared += sorted(place.rglob("test_*.py")) if place.is_dir() else [place] * place.exists()
+    names = [path.relative_to(root).as_posix() for path in shared if path.name not in _NO_JUDGES]
+    stem = Path(file).stem
+    own = [name for name in names if Path(name).name in (f"test_{stem}.py", f"test_{stem}s.py")]
+    own += [name for name in _BESIDE.get(file, ()) if name in names and name not in own]
+    return [stage for stage in (own, [name for name in names if name not in own]) if stage]
