@@ -184,7 +184,7 @@ class LQG(Baseline):
         gains: np.ndarray,
     ) -> FloatArray:
         """Filter the measurement, which is `delay` steps old, and reckon on from there with the known references."""
-        done, past = memory[:, _STEP], memory[:, _PAST : _PAST + self.delay + 1]
+        done, past = memory[:, _STEP].copy(), memory[:, _PAST : _PAST + self.delay + 1]
         past[:, :-1] = past[:, 1:]
         past[:, -1] = reference
         past[done == 0] = reference[done == 0, None]

@@ -4,9 +4,12 @@ import pytest
 
 import drillrig_env
 from baselines import JumpEase, JumpEaseEstimated
+from baselines.jump_ease import swing_of_a_ramp
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import suite
+from drillrig_env.model import steady_state
+from drillrig_env.stability import basin_depth
 from tests.baselines.episode import BISTABLE, LOAD_STEP, play
 
 
@@ -61,6 +64,59 @@ def test_estimated_friction_is_near_the_true_one_once_calm(normal_force):
         assert estimate.torque(rig, speed)[0] == pytest.approx(
             true.torque(rig, speed), rel=0.1
         )  # seen ten times a second
+
+
+def seen_calm(speed, target=3.0):
+    """What a rig shows that turns evenly at `speed`."""
+    values = {"bit_speed": speed, "top_speed": speed, "speed_reference": speed, "speed_target": target}
+    return {name: np.array([value]) for name, value in values.items()}
+
+
+FRICTION = {name: np.array([value]) for name, value in vars(drillrig_env.Friction(20.0)).items()}
+
+
+@pytest.mark.parametrize(("of_basin", "slew_limit"), [(1e3, 2.0), (1e3, 0.5), (0.06, 2.0)])
+def test_eases_down_at_the_safe_rate_and_never_faster_than_the_slew_limit(of_basin, slew_limit):
+    policy = JumpEase(slew_limit=slew_limit, of_basin=of_basin)
+    memory = np.zeros((1, policy.memory))
+    lowered = 5.5 - policy.desired_reference(seen_calm(5.5), FRICTION, memory)[0]
+    rig, friction = drillrig_env.Rig(), drillrig_env.Friction(20.0)
+    safe = of_basin * basin_depth(rig, friction, 3.0) / swing_of_a_ramp(rig)
+    assert lowered == pytest.approx(0.1 * min(safe, slew_limit), rel=1e-9)
+    assert memory[0, 1] == 1.0
+
+
+@pytest.mark.parametrize(("shake", "goes"), [(0.0, "down"), (0.07, "level"), (0.2, "up")])
+def test_waits_between_shaking_and_calm(shake, goes):
+    """A running oscillation of 7 % of the reference lets it neither rise nor ease; above 10 % it passes the fold."""
+    policy, memory = JumpEase(), np.zeros((1, JumpEase.memory))
+    memory[0, 0] = (5.5 * shake) ** 2 / np.exp(-0.1 / 2.5)  # what one more step without a twist rate leaves of it
+    wanted = policy.desired_reference(seen_calm(5.5), FRICTION, memory)[0]
+    fold = drillrig_env.stability.fold_speed(drillrig_env.Rig(), drillrig_env.Friction(20.0))
+    assert wanted == pytest.approx({"level": 5.5, "up": max(1.1 * fold, 5.5)}.get(goes, wanted))
+    assert (wanted < 5.5) == (goes == "down")
+    assert memory[0, 1] == (goes == "down")
+
+
+def test_goes_on_easing_up_to_the_limit_of_shaking_once_it_has_begun():
+    policy = JumpEase()
+    for easing, goes_on in ((0.0, False), (1.0, True)):
+        memory = np.zeros((1, JumpEase.memory))
+        memory[0, :2] = (5.5 * 0.07) ** 2 / np.exp(-0.1 / 2.5), easing
+        assert (policy.desired_reference(seen_calm(5.5), FRICTION, memory)[0] < 5.5) == goes_on
+
+
+def test_a_ramp_leaves_the_swing_behind_that_its_rate_is_chosen_by():
+    """At the Hopf point nothing decays. A step of omega_ref is answered as a ramp is, differentiated: times frequency."""
+    rig = drillrig_env.Rig()
+    friction = drillrig_env.Friction(10.0)
+    border = drillrig_env.stability.critical_speed(rig, friction)
+    run = drillrig_env.simulate(
+        rig, friction, steady_state(rig, friction, border), [(0.0, border), (1.0, border + 1e-3)], duration=40.0
+    )
+    step = 0.5 * np.ptp(run.bit_speed[-300:])
+    frequency = drillrig_env.stability.hopf_points(rig, friction)[1].frequency
+    assert step / 1e-3 == pytest.approx(swing_of_a_ramp(rig) * frequency, rel=0.02)
 
 
 def test_memory_begins_anew_with_an_episode():

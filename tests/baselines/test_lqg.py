@@ -4,7 +4,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from baselines.linear_rig import LEVEL, MEAN_TORQUE, LinearRig
-from baselines.lqg import LQG
+from baselines.lqg import _OFFSET, _PAST, _SHAKING, _SLOPES, _STEP, LQG
 from baselines.tune import tuning_suite
 from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import run
@@ -73,6 +73,80 @@ def test_the_feedback_vanishes_in_steady_rotation_and_damps_what_the_drive_canno
     moving = [i for i in range(11) if i != LEVEL]
     assert np.abs(np.linalg.eigvals(open_loop[np.ix_(moving, moving)])).max() > 1.05
     assert np.abs(np.linalg.eigvals(closed[np.ix_(moving, moving)])).max() < 1.0
+
+
+def test_moving_the_set_point_moves_the_origin_and_nothing_else():
+    """States, friction torque and past references that the memory stands for are the same before and after."""
+    policy = LQG(delay=3)
+    rng = np.random.default_rng(2)
+    memory, set_point = rng.normal(0.0, 0.3, (4, policy.memory)), np.array([3.0, 4.0, 5.0, 3.5])
+    memory[:, _STEP], memory[:, _OFFSET], memory[:, _SHAKING] = 80.0, [1.0, 0.5, 2.0, 0.0], [4.0, 0.0, 0.0, 4.0]
+    gains, before = np.array([3, 10, 20, 30]), memory.copy()
+    move = policy._move_set_point(memory[:, :10].copy(), memory, set_point, gains)
+    assert (move != 0).all()
+    rig, at = Rig(), set_point + move
+    states = [frictionless_state(rig, s) + m[:, :7] for s, m in ((set_point, before), (at, memory))]
+    np.testing.assert_allclose(states[1], states[0], atol=1e-12)
+    torque = [
+        m[:, LEVEL] - _SLOPES[gains] * (x[:, 2] - s)
+        for s, m, x in ((set_point, before, states[0]), (at, memory, states[1]))
+    ]
+    np.testing.assert_allclose(torque[1], torque[0], atol=1e-12)
+    past = slice(_PAST, _PAST + 4)
+    np.testing.assert_allclose(at[:, None] + memory[:, past], set_point[:, None] + before[:, past], atol=1e-12)
+    np.testing.assert_allclose(memory[:, _OFFSET] - before[:, _OFFSET], move)
+
+
+@pytest.mark.parametrize(
+    ("shaking", "offset", "steps", "move"),
+    [
+        (0.39, 1.0, 80, 0.2),  # it shakes: up at 2 rad/s^2
+        (0.37, 1.0, 80, -0.0952),  # it does not: down at 0.952 rad/s^2
+        (0.37, 0.03, 80, -0.03),  # no further than the target
+        (0.39, 1.0, 29, 0.0),  # no verdict before 3 s
+        (0.39, 1.0, 30, 0.2),
+        (0.39, 4.9, 80, 0.1),  # room for the feedback below 10 rad/s
+        (0.39, 5.5, 80, 0.0),
+    ],
+)
+def test_set_point_rises_while_it_shakes_and_comes_down_to_the_target(shaking, offset, steps, move):
+    policy = LQG()
+    memory = np.zeros((1, policy.memory))
+    set_point = np.array([3.0 + offset])
+    memory[0, _OFFSET], memory[0, _STEP], memory[0, _SHAKING] = offset, steps, (shaking * set_point[0]) ** 2
+    assert policy._move_set_point(np.zeros((1, 10)), memory, set_point, np.array([0]))[0] == pytest.approx(move)
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_estimate_of_late_measurements_is_reckoned_on_with_the_known_references(delay):
+    """Until the second measurement arrives all that moves the estimate is the model and what was commanded."""
+    policy = LQG(delay=delay)
+    model, target, gains = policy.model, np.array([3.0]), np.array([0])
+    rng = np.random.default_rng(4)
+    references = rng.normal(0.0, 0.5, 12)
+    first = {
+        name: np.array([value]) for name, value in zip(policy.sensors.names, rng.normal(1.0, 0.3, 12), strict=False)
+    }
+    memory = np.zeros((1, policy.memory))
+    z = expected = policy._estimate(first, memory, target, references[:1], gains)[0]
+    for step in range(1, delay + 1):
+        expected = model.transition @ expected + model.input * references[step]
+        z = policy._estimate(first, memory, target, references[step : step + 1], gains)[0]
+        np.testing.assert_allclose(z, expected, atol=1e-10)
+    # From then on measurements that are just what the model says leave the reckoning as it is.
+    true = [policy._estimate(first, np.zeros((1, policy.memory)), target, references[:1], gains)[0]]
+    for reference in references[1:]:
+        true.append(model.transition @ true[-1] + model.input * reference)
+    for step in range(delay + 1, 12):
+        at = step - delay
+        shown = {
+            name: model.measurement(name)[0] @ true[at]
+            + model.measurement(name)[1] * references[at]
+            + model.without_friction(name, target)
+            for name in policy.measured
+        }
+        z = policy._estimate(shown, memory, target, references[step : step + 1], gains)[0]
+        np.testing.assert_allclose(z, true[step], atol=1e-9)
 
 
 def test_reaches_its_mark_on_random_rigs():

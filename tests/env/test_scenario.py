@@ -128,3 +128,18 @@ def test_a_scenario_from_its_fields():
         Scenario.named({"spred": 0.1})
     with pytest.raises(ValueError, match="target_skew = 0"):
         Scenario(target_skew=0.0)
+
+
+def test_static_friction_stays_five_per_cent_above_the_kinetic_one():
+    """Where the draws would cross, the ratio is the least allowed, and the other coefficient is as drawn."""
+    tight = Scenario(spread=0.4, friction=Friction(10.0, 0.31, 0.306))
+    drawn = tight.draw(UNIFORM, 60.0, {})
+    ratio = drawn.friction.mu_s / drawn.friction.mu_k
+    assert ratio.min() == pytest.approx(1.05, rel=1e-12)
+    assert 0.3 < np.mean(ratio < 1.05 + 1e-9) < 0.7
+    np.testing.assert_allclose(drawn.friction.mu_k, 0.306 * (1.0 + 0.4 * (2.0 * UNIFORM[:, 3] - 1.0)))
+    pinned = tight.draw(UNIFORM, 60.0, check_pins({"mu_s": 0.3}, 4000, 60.0))
+    assert set(pinned.friction.mu_s) == {0.3}
+    assert pinned.friction.mu_k.max() == pytest.approx(0.3 / 1.05, rel=1e-12)
+    kinetic = tight.draw(UNIFORM, 60.0, check_pins({"mu_k": 0.3}, 4000, 60.0))
+    assert kinetic.friction.mu_s.min() == pytest.approx(0.315, rel=1e-12)

@@ -43,8 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tallies = {room: {name: Tally() for name in names} for room, names in files.items()}
     room_of = {name: room for room, names in files.items() for name in names}
 
+    tests = {name: tests_of(name, room, ROOT) for name, room in room_of.items()}
+
     def stages(mutant: Mutant) -> list[list[str]]:
-        return tests_of(mutant.file, room_of[mutant.file], ROOT)
+        return tests[mutant.file]
 
     def count(mutant: Mutant, outcome: Outcome) -> None:
         reason = listed.get((mutant.file, mutant.before, mutant.after))

@@ -5,7 +5,15 @@ import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.model import steady_state, wound_up
-from drillrig_env.stability import critical_speed, fold_speed
+from drillrig_env.stability import (
+    NoOrbitError,
+    basin_depth,
+    critical_slope,
+    critical_speed,
+    fold_speed,
+    slipping_orbit,
+    stick_slip_orbit,
+)
 from drillrig_env.stepper.batch import advance_batch
 
 RIG = Rig()
@@ -40,6 +48,33 @@ def test_batch_is_its_frictions_one_at_a_time():
 def test_weak_friction_has_no_bistable_region():
     weak = Friction(np.array([0.0, 0.5, 1.0, 10.0]))
     assert np.isnan(fold_speed(RIG, weak)).tolist() == [True, True, True, False]
+
+
+@pytest.mark.parametrize(("speed", "exists"), [(0.0, False), (9e-4, False), (1.1e-3, True), (0.05, True), (0.9, True)])
+def test_fold_exists_from_where_the_critical_speed_leaves_the_stick_zone(speed, exists):
+    force = -critical_slope(RIG) * np.exp(speed) / (RIG.r_1 * 0.194)
+    fold = fold_speed(RIG, Friction(force))
+    assert np.isfinite(fold) == exists
+    assert not exists or fold > speed
+
+
+def test_fold_parts_orbits_that_stick_from_none():
+    fold = fold_speed(RIG, Friction(2.0))
+    assert stick_slip_orbit(RIG, Friction(2.0), 0.98 * fold).stuck > 0.0
+    with pytest.raises(NoOrbitError):
+        stick_slip_orbit(RIG, Friction(2.0), 1.02 * fold)
+
+
+def test_basin_is_as_deep_as_the_unstable_orbit_swings():
+    friction = Friction(20.0, v_b=1.2)
+    border, fold = critical_speed(RIG, friction), fold_speed(RIG, friction)
+    for share in (0.1, 0.5, 0.9):
+        speed = border + share * (fold - border)
+        orbit = slipping_orbit(RIG, friction, speed)
+        assert basin_depth(RIG, friction, speed) == pytest.approx(speed - orbit.lowest[0], abs=1e-5)
+    assert basin_depth(RIG, friction, border) == pytest.approx(0.0, abs=1e-6)
+    assert basin_depth(RIG, friction, 0.5 * border) == 0.0
+    assert basin_depth(RIG, Friction(np.array([10.0, 20.0])), np.array([2.5, 3.5])).shape == (2,)
 
 
 def test_bistable_range_is_wider_at_20_n_than_at_10_n():
