@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agents.policy.run_folder import load_policy
+from agents.shipping import export as command
 from agents.shipping.export import EXAMPLE, TOLERANCE, export, largest_difference
 from agents.training.train import Training, train
 
@@ -86,3 +87,21 @@ def test_recurrent_network_is_refused(tmp_path):
     )
     with pytest.raises(ValueError, match="recurrent network is not exported"):
         export(load_policy(folder), tmp_path / "policy.onnx")
+
+
+@pytest.mark.parametrize(("difference", "refused"), [(0.99e-5, False), (1e-5, True), (0.1, True), (float("nan"), True)])
+def test_a_file_that_acts_otherwise_than_its_agent_is_refused(difference, refused, tmp_path, monkeypatch, capsys):
+    """What the command says of a file hangs on the largest difference alone: 1e-5 rad/s^2 and more is too much."""
+    path = tmp_path / "policy.onnx"
+    monkeypatch.setattr(sys, "argv", ["export", "ppo", "--out", str(path)])
+    monkeypatch.setattr(command, "find_run", lambda name: name)
+    monkeypatch.setattr(command, "load_policy", lambda run: None)
+    monkeypatch.setattr(command, "export", lambda agent, out: out.write_bytes(b"x"))
+    monkeypatch.setattr(command, "largest_difference", lambda agent, out, episodes: difference)
+    if refused:
+        with pytest.raises(SystemExit, match="not to be trusted") as caught:
+            command.main()
+        assert caught.value.code not in (0, None)
+    else:
+        command.main()
+    assert f"{difference:.1e} rad/s^2" in capsys.readouterr().out

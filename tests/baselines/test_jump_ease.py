@@ -107,7 +107,7 @@ def test_goes_on_easing_up_to_the_limit_of_shaking_once_it_has_begun():
 
 
 def test_a_ramp_leaves_the_swing_behind_that_its_rate_is_chosen_by():
-    """At the Hopf point nothing decays. A step of omega_ref is answered as a ramp is, differentiated: times frequency."""
+    """At the Hopf point nothing decays. A step is answered as a ramp is, differentiated: times the frequency."""
     rig = drillrig_env.Rig()
     friction = drillrig_env.Friction(10.0)
     border = drillrig_env.stability.critical_speed(rig, friction)

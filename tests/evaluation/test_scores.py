@@ -81,6 +81,30 @@ def test_only_the_last_ten_seconds_count_for_the_verdict():
     assert not scored(lowest, np.full(600, 2.0), np.full(600, 2.0))["mitigated"]
 
 
+def test_mean_and_index_are_those_of_the_last_ten_seconds_too():
+    """Half the target for 50 s and then the target is mitigated; the other way round is not."""
+    creeping, right = np.full(600, 1.0), np.full(600, 2.0)
+    late = np.where(np.arange(600) < 500, creeping, right)
+    result = scored(late, late, late)
+    assert (result["calm"], result["mitigated"]) == (True, True)
+    early = np.where(np.arange(600) < 500, right, creeping)
+    assert not scored(early, early, early)["mitigated"]
+    average = np.where(np.arange(600) < 500, 0.5, 2.0)
+    assert scored(average - 0.1, average + 0.1, average)["ssi"] == pytest.approx(0.2 / 4.0)
+
+
+def test_shares_and_costs_are_those_of_the_whole_episode():
+    early = np.where(np.arange(600) < 60, 1.0, 0.0)[None]
+    result = scored(*CALM, stuck=early, reward=-early, highest_torque=1.0 + early)
+    assert (result["stuck"], result["cost"]) == (pytest.approx(0.1), pytest.approx(0.1))
+    assert result["peak_torque"] == pytest.approx(2.0 / Friction(20.0).torque(Rig(), 2.0))
+
+
+def test_steady_torque_of_the_peak_carries_the_collars_too():
+    result = scored(*CALM, rig=Rig(T_r2=0.1))
+    assert result["peak_torque"] == pytest.approx(1.0 / (Friction(20.0).torque(Rig(), 2.0) + 0.1))
+
+
 def test_travel_stuck_torque_and_region():
     reference = np.concatenate([np.linspace(1.0, 3.0, 300), np.linspace(3.0, 2.0, 300)])[None]
     result = scored(*CALM, speed_reference=reference, stuck=np.full((1, 600), 0.2))

@@ -71,3 +71,24 @@ def test_interquartile_mean_of_five_seeds_is_the_mean_of_the_middle_three():
 
 def test_one_seed_and_equal_seeds_have_no_interval():
     assert over_seeds([0.7], 1000) == over_seeds([0.7, 0.7, 0.7], 1000)
+
+
+def test_values_without_bound_have_no_interval_and_warn_of_nothing():
+    """Indices of rigs that stand still are infinite: a median can bear some of them, a mean cannot."""
+    values = np.array([1.0, 2.0, 3.0, np.inf, np.inf])
+    with np.errstate(all="raise"):
+        assert vars(median(values)) == {"value": 3.0, "low": 3.0, "high": 3.0, "count": 5}
+        assert mean(values).value == mean(values).low == mean(values).high == np.inf
+        assert median(np.full(4, np.inf)).value == np.inf
+    unknown = mean(np.array([1.0, np.nan, 2.0]))
+    assert np.isnan([unknown.value, unknown.low, unknown.high]).all()
+    assert unknown.count == 3
+
+
+def test_median_and_mean_differ_on_a_skewed_sample():
+    values = np.array([1.0] * 60 + [2.0] * 30 + [50.0] * 10)
+    middle, average = median(values), mean(values)
+    assert (middle.value, average.value) == (1.0, pytest.approx(6.2))
+    assert middle.low <= 1.0 <= middle.high <= 2.0
+    assert 3.0 < average.low < 6.2 < average.high < 10.0
+    assert (middle.count, average.count) == (100, 100)

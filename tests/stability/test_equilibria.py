@@ -30,7 +30,7 @@ def test_lyapunov_coefficient_gives_the_swing_of_the_orbits_near_the_hopf_point(
 
 
 def test_lyapunov_coefficient_scales_with_the_square_of_the_decay_factor():
-    """q = v_b (x_3 - omega) obeys one equation for every friction, so l_1 in x_3 grows with v_b^2, whatever the load."""
+    """q = v_b (x_3 - omega) obeys one equation for every friction, so l_1 grows with v_b^2, whatever the load."""
     points = [hopf_points(Rig(), Friction(force, v_b=v_b))[1] for force, v_b in ((10.0, 1.0), (30.0, 1.0), (20.0, 1.3))]
     coefficients = [point.lyapunov_coefficient for point in points]
     assert coefficients == pytest.approx(coefficients[0] * np.array([1.0, 1.0, 1.69]), rel=1e-6)
