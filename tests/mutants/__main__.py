@@ -24,7 +24,7 @@ from tests.mutants.campaign import try_all
 from tests.mutants.mutation import Mutant, mutants_of
 from tests.mutants.record import Record, chosen, reasons
 from tests.mutants.report import ENOUGH, Tally, kills, survivors, table
-from tests.mutants.rooms import ROOMS, files_of, tests_of
+from tests.mutants.rooms import ROOMS, files_of, stages_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     tallies = {room: {name: Tally() for name in names} for room, names in files.items()}
     room_of = {name: room for room, names in files.items() for name in names}
 
-    tests = {name: tests_of(name, room, ROOT) for name, room in room_of.items()}
+    tests = {name: stages_of(name, room, ROOT) for name, room in room_of.items()}
 
     def stages(mutant: Mutant) -> list[list[str]]:
         return tests[mutant.file]

@@ -12,13 +12,13 @@ from tests.mutants.mutation import Mutant
 
 def try_all(
     mutants: Sequence[Mutant],
-    tests_of: Callable[[Mutant], list[list[str]]],
+    stages_of: Callable[[Mutant], list[list[str]]],
     benches: Sequence[Bench],
     done: Callable[[Mutant, Outcome], None],
 ) -> bool:
     """Try mutants out, as many at a time as there are benches; False where the user stopped it by Ctrl-C.
 
-    `tests_of` gives the stages of tests of a mutant; `done` is called with each outcome, as it comes.
+    `stages_of` gives the stages of tests of a mutant; `done` is called with each outcome, as it comes.
     """
     free: SimpleQueue[Bench] = SimpleQueue()
     for bench in benches:
@@ -27,7 +27,7 @@ def try_all(
     def one(mutant: Mutant) -> tuple[Mutant, Outcome]:
         bench = free.get()
         try:
-            return mutant, bench.try_out(mutant, tests_of(mutant))
+            return mutant, bench.try_out(mutant, stages_of(mutant))
         finally:
             free.put(bench)
 

@@ -182,7 +182,8 @@ def _other_constants(value: object) -> tuple[str, ...]:
     if isinstance(value, int):
         return (str(value + 1),)
     if isinstance(value, float):
-        return (repr(1.0 if value == 0.0 else 2.0 * value if abs(value) >= _TINY else 1e3 * value),)
+        other = 1.0 if value == 0.0 else 2.0 * value if abs(value) >= _TINY else 1e3 * value
+        return (repr(float(f"{other:.12g}")),)
     return ()
 
 

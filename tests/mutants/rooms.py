@@ -75,7 +75,7 @@ def files_of(room: str, root: Path) -> list[str]:
     return [name for name in names if not name.startswith(_LEFT_ALONE)]
 
 
-def tests_of(file: str, room: str, root: Path) -> list[list[str]]:
+def stages_of(file: str, room: str, root: Path) -> list[list[str]]:
     """The tests that a file has to pass: first its own, by its name and by _BESIDE; then all others of its room."""
     shared: list[Path] = []
     for test in ROOMS[room].tests:
