@@ -70,7 +70,7 @@ VARIANTS = (
         "no running statistics of bit speed and torque among the observations",
         without=STATISTICS,
     ),
-    Variant("stiff_drive", "the rig's own stiff drive in place of the soft one", env_kwargs={"drive_gains": None}),
+    Variant("stiff_drive", "the rig's own stiff drive in place of the soft one", env_kwargs={"drive": None}),
     Variant("surface", "the shipped setting", _SURFACE),
     Variant("surface_no_history", "no history: one step of measurements", _SURFACE, hyperparams={"frame_stack": 1}),
     Variant(

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.drive import Drive
 from drillrig_env.env.core import rate_action
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
@@ -77,8 +78,8 @@ class Baseline(ABC):
         return {name: found[name] if value is None else value for name, value in given.items()}
 
     @property
-    def drive_gains(self) -> tuple[float, ...] | None:
-        """Gains (k_p, k_i) of the drive's speed loop that the policy asks for; None leaves the rig's own."""
+    def drive(self) -> Drive | None:
+        """The drive that the policy asks for; None leaves the rig's own."""
         return None
 
     def tell(self, info: Mapping[str, Any]) -> None:

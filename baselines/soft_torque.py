@@ -13,6 +13,7 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from drillrig_env.arrays import FloatArray
+from drillrig_env.drive import Drive
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import RigLike
@@ -54,11 +55,15 @@ class SoftTorque(Baseline):
             raise refuse("SoftTorque", "integral", self.integral, "N m/rad", POSITIVE)
 
     @property
-    def drive_gains(self) -> tuple[float, float, float]:
-        """The drive that has these two: k_p (V s/rad), k_i (V/rad), and all of the back-EMF made up for."""
+    def drive(self) -> Drive:
+        """The drive that has these two, and makes up for all of the back-EMF."""
         rig = self.rig
         volts_per_torque = rig.R / (rig.eta * rig.K_T)
-        return (self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque, self.integral * volts_per_torque, 1.0
+        return Drive(
+            k_p=(self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque,
+            k_i=self.integral * volts_per_torque,
+            back_emf_share=1.0,
+        )
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray

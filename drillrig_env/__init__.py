@@ -13,6 +13,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from drillrig_env import stability
+from drillrig_env.drive import Drive
 from drillrig_env.env.registration import ENVIRONMENTS, register_envs
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
@@ -31,6 +32,7 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ENVIRONMENTS",
+    "Drive",
     "Friction",
     "Reward",
     "Rig",

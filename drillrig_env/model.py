@@ -22,6 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.drive import Drive
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import POSITIVE, Allowed, refuse
 from drillrig_env.rig import Rig
@@ -57,13 +58,13 @@ def state_equations(x: Sequence[float] | FloatArray, omega_ref: float, T_r1: flo
     ]
 
 
-def jacobian(rig: Rig, slope: float = 0.0) -> FloatArray:
+def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | None = None) -> FloatArray:
     """Jacobian J* of the state equations, (4-19) with the entries (4-20); shape (7, 7).
 
     `slope` is the slope Delta T_r1 of the friction torque (N m s/rad, (4-21)); with 0 this is the
-    linear part of the model, friction aside.
+    linear part of the model, friction aside. `drive` takes the place of the rig's own.
     """
-    p = rig
+    p, (k_p, k_i, K_E) = rig, _speed_loop(rig, drive)
     J = np.zeros((7, 7))
     J[0, 2], J[0, 3] = 1.0, -1.0
     J[1, 3], J[1, 4] = 1.0, -1.0
@@ -72,7 +73,7 @@ def jacobian(rig: Rig, slope: float = 0.0) -> FloatArray:
     J[3, 2], J[3, 3], J[3, 4] = p.d_1 / p.J_2, -(p.d_1 + p.d_2) / p.J_2, p.d_2 / p.J_2
     J[4, 1], J[4, 3] = p.k_2 / p.J_3, p.d_2 / p.J_3
     J[4, 4], J[4, 5] = -(p.eta**2 * p.C_m + p.d_2) / p.J_3, p.eta * p.K_T / p.J_3
-    J[5, 4], J[5, 5], J[5, 6] = -(p.eta * p.K_E + p.k_p) / p.L, -p.R / p.L, p.k_i / p.L
+    J[5, 4], J[5, 5], J[5, 6] = -(p.eta * K_E + k_p) / p.L, -p.R / p.L, k_i / p.L
     J[6, 4] = -1.0
     return J
 
@@ -94,14 +95,15 @@ def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
     return _equilibrium(rig, np.asarray(friction.torque(rig, omega)), omega)
 
 
-def frictionless_state(rig: Rig, speed: Quantity) -> FloatArray:
+def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) -> FloatArray:
     """The state that (4-17) holds still at `speed` (rad/s) without friction on disc 1; shape (..., 7).
 
     At speed 0 this is the rig at rest: shafts untwisted, the motor just balancing its own friction
-    (so that it does not creep backwards, where the model's constant T_f would be wrong).
+    (so that it does not creep backwards, where the model's constant T_f would be wrong). `drive` takes
+    the place of the rig's own.
     """
     omega = np.asarray(speed, dtype=float)
-    return _equilibrium(rig, np.zeros(omega.shape), omega)
+    return _equilibrium(rig, np.zeros(omega.shape), omega, drive)
 
 
 def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
@@ -117,15 +119,21 @@ def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatAr
     return states
 
 
-def _equilibrium(rig: Rig, T_r1: FloatArray, omega: FloatArray) -> FloatArray:
+def _speed_loop(rig: Rig, drive: Drive | None) -> tuple[float, float, float]:
+    """k_p, k_i, and K_E as the drive leaves it; the rig's own without a drive."""
+    return (rig.k_p, rig.k_i, rig.K_E) if drive is None else (drive.k_p, drive.k_i, drive.remaining_K_E(rig))
+
+
+def _equilibrium(rig: Rig, T_r1: FloatArray, omega: FloatArray, drive: Drive | None = None) -> FloatArray:
     T_r1, omega = np.broadcast_arrays(T_r1, omega)
+    _, k_i, K_E = _speed_loop(rig, drive)
     T_r2 = rig.T_r2
     x = np.empty((*omega.shape, 7))
     x[..., 0] = -T_r1 / rig.k_1
     x[..., 1] = -(T_r1 + T_r2) / rig.k_2
     x[..., 2] = x[..., 3] = x[..., 4] = omega
     x[..., 5] = (rig.eta**2 * rig.C_m * omega + T_r1 + T_r2 + rig.eta * rig.T_f) / (rig.eta * rig.K_T)
-    x[..., 6] = (rig.R * x[..., 5] + rig.eta * rig.K_E * omega) / rig.k_i
+    x[..., 6] = (rig.R * x[..., 5] + rig.eta * K_E * omega) / k_i
     return x
 
 

@@ -11,6 +11,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.policy.environment import environment_arguments
 from agents.policy.frames import no_frames, push
+from drillrig_env.drive import Drive
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import Sensors
 
@@ -40,10 +41,9 @@ class Agent:
         return Sensors.named(self.environment["sensors"])
 
     @property
-    def drive_gains(self) -> tuple[float, ...] | None:
-        """The gains (k_p, k_i) of the drive that the agent was trained on; None for the rig's own."""
-        gains: tuple[float, ...] | None = self.environment.get("drive_gains")
-        return gains
+    def drive(self) -> Drive | None:
+        """The drive that the agent was trained on; None for the rig's own."""
+        return Drive.of(self.environment.get("drive"))
 
     @property
     def slew_limit(self) -> float:

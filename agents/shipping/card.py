@@ -19,6 +19,7 @@ from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import MODEL, SEEDS, TRAINED, is_run, load_policy, read_config, read_seeds
 from drillrig_env import markdown
+from drillrig_env.drive import Drive
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, Row, Table, stored_row
 
@@ -148,8 +149,8 @@ def _failures(seeds: Mapping[str, Any]) -> str:
 def _use(name: str, agent: Agent) -> str:
     drive = (
         "It was trained on the rig's own drive."
-        if agent.drive_gains is None
-        else f"It works through a softened drive: {_drive(agent.drive_gains)}. On another drive it is not the agent "
+        if agent.drive is None
+        else f"It works through a softened drive: {_drive(agent.drive)}. On another drive it is not the agent "
         "that was scored."
     )
     return (
@@ -160,10 +161,10 @@ def _use(name: str, agent: Agent) -> str:
     )
 
 
-def _drive(gains: Sequence[float]) -> str:
-    """The gains of a drive in words."""
-    k_p, k_i, share = (*gains, 0.0)[:3]
-    loop = f"k_p = {k_p:.4g} V s/rad and k_i = {k_i:.4g} V/rad in the speed loop"
+def _drive(drive: Drive) -> str:
+    """The settings of a drive in words."""
+    share = drive.back_emf_share
+    loop = f"k_p = {drive.k_p:.4g} V s/rad and k_i = {drive.k_i:.4g} V/rad in the speed loop"
     return f"{loop}, with {share:.0%} of the back-EMF made up for, while it runs" if share else f"{loop} while it runs"
 
 

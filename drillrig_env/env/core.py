@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from math import exp
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.drive import Drive, DriveLike
 from drillrig_env.env.kernel import (
     CONTROL_PERIOD,
     EPISODE,
@@ -58,7 +58,7 @@ class EpisodeBatch:
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive_gains: Sequence[float] | None = None,
+        drive: DriveLike = None,
     ) -> None:
         if num_rigs < 1:
             raise refuse("DrillRig", "number of rigs", num_rigs, "", ">= 1")
@@ -76,23 +76,25 @@ class EpisodeBatch:
         self.slew_limit = slew_limit
         self.threads = check_threads(threads)
         self.delay = check_delay(self.sensors.delay if delay is None else delay)
-        self.drive = self.rig if drive_gains is None else with_drive_gains(self.rig, drive_gains)
+        self.drive = Drive.of(drive)
         self.episodes = np.zeros(num_rigs, dtype=EPISODE)
         self.episodes["step"] = steps  # no episode has begun
         channels = len(self.sensors.channels)
         self.observations: Observations = np.zeros((num_rigs, channels), dtype=np.float32)
         slots = self.delay[1] + 1 if self.delay[1] else 0
         self._past = np.zeros((num_rigs, slots, channels), dtype=np.float32)
-        self._tables, self._start_tables = ladder(self.drive, CONTROL_PERIOD), ladder(self.rig, CONTROL_PERIOD)
+        self._tables = ladder(self.rig, CONTROL_PERIOD, drive=self.drive)
+        self._start_tables = ladder(self.rig, CONTROL_PERIOD)
         self._layout = self.sensors.layout(noise)
         self._settings = np.zeros(1, dtype=SETTINGS)
+        loop = self.drive or Drive.of_rig(self.rig)
         self._settings[0] = (
             self.rig.r_1,
             self.rig.omega_s,
             slew_limit * CONTROL_PERIOD,
-            self.drive.k_p,
-            self.drive.k_i,
-            self.rig.eta * (self.rig.K_E - self.drive.K_E),
+            loop.k_p,
+            loop.k_i,
+            loop.compensation(self.rig),
             1.0 - exp(-CONTROL_PERIOD / SAMPLES / self.reward.time_constant),
             1.0 - exp(-CONTROL_PERIOD / TORQUE_MEAN_TIME),
             1.0 - exp(-CONTROL_PERIOD / TORQUE_DEVIATION_TIME),
@@ -233,8 +235,8 @@ class EpisodeBatch:
         state, rig, drive = fresh["state"], self.rig, self.drive
         error = fresh["speed_reference"] - state[:, 4]
         fresh["voltage"] = rig.k_p * error + rig.k_i * state[:, 6]
-        if drive is not rig:
-            added = rig.eta * (rig.K_E - drive.K_E) * state[:, 4]
+        if drive is not None:
+            added = drive.compensation(rig) * state[:, 4]
             state[:, 6] = (fresh["voltage"] - added - drive.k_p * error) / drive.k_i
 
     def _settle(self, fresh: np.ndarray, indices: npt.NDArray[np.intp], phase: FloatArray) -> None:
@@ -271,19 +273,3 @@ def check_delay(delay: int | tuple[int, int]) -> tuple[int, int]:
     if not (int(low) == low and int(high) == high and 0 <= low <= high <= LONGEST_DELAY):
         raise refuse("DrillRig", "delay", delay, "control steps", f"whole, 0 to {LONGEST_DELAY}, or (low, high)")
     return int(low), int(high)
-
-
-def with_drive_gains(rig: Rig, drive_gains: Sequence[float]) -> Rig:
-    """The rig as a drive with other gains makes it: (k_p, k_i), or (k_p, k_i, share of the back-EMF it makes up for).
-
-    A drive that adds eta K_E x_5 to its voltage leaves the motor as if it had no back-EMF, and so without
-    the stiffness that comes from it. `ValueError` for k_p < 0, k_i <= 0 or a share outside 0 to 1.
-    """
-    try:
-        k_p, k_i, share = (float(gain) for gain in (*drive_gains, 0.0)[:3])
-    except (TypeError, ValueError) as error:
-        allowed = "(k_p in V s/rad, k_i in V/rad), and the share of the back-EMF that the drive makes up for"
-        raise refuse("DrillRig", "drive_gains", drive_gains, "", allowed) from error
-    if not 0.0 <= share <= 1.0:
-        raise refuse("DrillRig", "drive_gains: share of the back-EMF", share, "", "0 to 1")
-    return replace(rig, k_p=k_p, k_i=k_i, K_E=(1.0 - share) * rig.K_E)

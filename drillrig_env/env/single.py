@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from drillrig_env.drive import DriveLike
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
@@ -126,7 +127,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
     | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
     | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
-    | `drive_gains` | the rig's | (k_p, k_i), or with the share of the back-EMF that the drive makes up for |
+    | `drive` | the rig's | `Drive(k_p, k_i, back_emf_share)`, a dictionary of its fields, or these numbers alone |
     | `duration` | `60.0` | length of an episode, s |
     | `render_mode` | `None` | `"rgb_array"` or `"human"`, a window; both need the extra `render` |
 
@@ -153,7 +154,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive_gains: Sequence[float] | None = None,
+        drive: DriveLike = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             allowed = ", ".join(self.metadata["render_modes"])
@@ -169,7 +170,7 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
             threads=1,
             noise=noise,
             delay=delay,
-            drive_gains=drive_gains,
+            drive=drive,
         )
         self.sensors = self.core.sensors
         self.render_mode = render_mode

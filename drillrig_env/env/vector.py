@@ -12,6 +12,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from drillrig_env.drive import DriveLike
 from drillrig_env.env.core import EpisodeBatch, Observations
 from drillrig_env.env.generators import EpisodeGenerators
 from drillrig_env.env.kernel import SLEW_LIMIT
@@ -49,7 +50,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         *,
         noise: float | Mapping[str, float] | None = None,
         delay: int | tuple[int, int] | None = None,
-        drive_gains: Sequence[float] | None = None,
+        drive: DriveLike = None,
     ) -> None:
         if render_mode is not None:
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")
@@ -64,7 +65,7 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
             threads,
             noise=noise,
             delay=delay,
-            drive_gains=drive_gains,
+            drive=drive,
         )
         self.sensors = self.core.sensors
         self.num_envs = num_envs

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.drive import Drive
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.runner import Episodes, run
@@ -33,7 +34,7 @@ class Contestant:
     `members` make the policy for a suite, by training seed; "" is the seed of what is not trained. A
     policy is made anew for each suite, since its action is a share of the suite's slew limit. `env` holds
     the arguments of the environment, the sensors among them, and `about` what tells this policy from a
-    changed one of the same name. `privileged` and `drive_gains` are what it is told beyond the sensors, and
+    changed one of the same name. `privileged` and `drive` are what it is told beyond the sensors, and
     how it sets the drive.
     """
 
@@ -41,7 +42,7 @@ class Contestant:
     members: Mapping[str, Callable[[Suite], Policy]]
     env: Mapping[str, Any]
     privileged: tuple[str, ...] = ()
-    drive_gains: Sequence[float] | None = None
+    drive: Drive | None = None
     about: Mapping[str, Any] = field(default_factory=dict)
 
     def description(self) -> dict[str, Any]:
@@ -49,7 +50,7 @@ class Contestant:
         return {
             "sensors": self.env["sensors"],
             "privileged": list(self.privileged),
-            "drive_gains": None if self.drive_gains is None else list(self.drive_gains),
+            "drive": None if self.drive is None else self.drive.as_dict(),
             "seeds": list(self.members),
             **self.about,
         }

@@ -95,9 +95,7 @@ class Results:
         the drive's gains.
         """
         about = self.config.get("policies", {})
-        return {
-            name: TOLD * bool(of.get("privileged")) + SOFT * bool(of.get("drive_gains")) for name, of in about.items()
-        }
+        return {name: TOLD * bool(of.get("privileged")) + SOFT * bool(of.get("drive")) for name, of in about.items()}
 
     @property
     def privileged(self) -> dict[str, bool]:

@@ -77,9 +77,9 @@ def run(
     """Let a policy face every rig of a suite, all at once, for one episode each.
 
     `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
-    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive_gains`.
+    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`.
     """
-    arguments = {**env, **suite.env, "drive_gains": drive_of(policy)}
+    arguments = {**env, **suite.env, "drive": drive_of(policy)}
     core = EpisodeBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
     uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0

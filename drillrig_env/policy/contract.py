@@ -5,7 +5,7 @@
 | `predict(observation, state, episode_start, deterministic)` | actions, and its next state | no policy |
 | `sensors` | channels that it must be shown, or the name of a set of them | it takes what it is shown |
 | `privileged`, `tell(info)` | entries of `info` that it must be told before each `predict` | it is told nothing |
-| `drive_gains` | the drive that it asks for | the rig's own drive |
+| `drive` | the `Drive` that it asks for | the rig's own drive |
 | `slow` | an episode takes minutes rather than seconds | it is quick |
 
 A class or function that makes policies gets, by keyword, those of `sensors`, `rig` and `slew_limit` that it names.
@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import Actions, Observations
+from drillrig_env.drive import Drive
 from drillrig_env.parameters import refuse
 
 Memory: TypeAlias = tuple[np.ndarray, ...] | None
@@ -66,6 +67,6 @@ def privileged_of(policy: Any) -> tuple[str, ...]:
     return names
 
 
-def drive_of(policy: Any) -> Any:
-    """The drive that a policy asks for; None for the rig's own."""
-    return getattr(policy, "drive_gains", None)
+def drive_of(policy: Any) -> Drive | None:
+    """The drive that a policy asks for; None for the rig's own. `ValueError` where that is no drive."""
+    return Drive.of(getattr(policy, "drive", None))

@@ -23,6 +23,7 @@ from numpy.polynomial import legendre
 from scipy.linalg import expm
 
 from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.drive import Drive
 from drillrig_env.jit.compiled import inlined
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.parameters import refuse
@@ -102,6 +103,7 @@ class Ladder:
     """
 
     rig: Rig
+    drive: Drive | None
     period: float
     rungs: np.ndarray
     sampling: np.ndarray
@@ -109,11 +111,12 @@ class Ladder:
 
 
 @lru_cache(maxsize=64)
-def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
+def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Ladder:
     """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
 
     `tolerance` (rad/s) is what the error of any speed stays below over 20 s: 1e-7 to 1e-3. The bounds on
     a step's errors that keep it there were found by trial, with a margin of 2 or more (see the tests).
+    `drive` takes the place of the rig's own.
     Raises `ValueError` for a value that is not allowed.
     """
     low, high = _TOLERANCES
@@ -128,26 +131,26 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE) -> Ladder:
     speed_row, torque_row = np.eye(7)[2], torque_into_string(rig, np.eye(7))
     for r in range(RUNGS):
         step = period / 2**r
-        from_state, from_torque = _variation_of_constants(rig, step, RADAU_NODES)
+        from_state, from_torque = _variation_of_constants(rig, drive, step, RADAU_NODES)
         rungs[r]["node_from_state"] = from_state[:, 2, :].T
         rungs[r]["node_from_torque"] = from_torque[:, 2, :]
         rungs[r]["state_from_state"][:, :7] = from_state[-1].T
         rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T
-        rungs[r]["rate_from_state"][:, :7] = jacobian(rig).T * step
+        rungs[r]["rate_from_state"][:, :7] = jacobian(rig, drive=drive).T * step
         rungs[r]["rate_from_torque"][:7] = friction_input(rig) * step
         if r < SAMPLED_RUNGS:
             count = SAMPLES >> r
-            from_state, from_torque = _variation_of_constants(rig, step, np.arange(1, count + 1) / count)
+            from_state, from_torque = _variation_of_constants(rig, drive, step, np.arange(1, count + 1) / count)
             for name, row in (("speed", speed_row), ("torque", torque_row)):
                 sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
                 sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
             sampling[r]["torque_row"] = torque_row
-    rest = frictionless_state(rig, 0.0)
+    rest = frictionless_state(rig, 0.0, drive)
     shift = np.zeros(1, dtype=SHIFT)
-    shift["at_rest"][0, :7], shift["per_speed"][0, :7] = rest, frictionless_state(rig, 1.0) - rest
+    shift["at_rest"][0, :7], shift["per_speed"][0, :7] = rest, frictionless_state(rig, 1.0, drive) - rest
     for table in (rungs, sampling, shift):
         table.flags.writeable = False
-    return Ladder(rig, period, rungs, sampling, shift)
+    return Ladder(rig, drive, period, rungs, sampling, shift)
 
 
 @inlined
@@ -164,7 +167,9 @@ def to_states(y: FloatArray, contact: Record, shift: Records, states: FloatArray
         states[i] = y[i] + (shift[0].at_rest[i] + shift[0].per_speed[i] * contact.speed_reference)
 
 
-def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _variation_of_constants(
+    rig: Rig, drive: Drive | None, step: float, times: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """State at the fractions `times` of a step, from the state at its start and T_r1 at the nodes.
 
     Returns arrays of shape (times, 7, 7) and (times, 7, NODES). The integrals against the powers of
@@ -172,7 +177,7 @@ def _variation_of_constants(rig: Rig, step: float, times: FloatArray) -> tuple[F
     the nodes turns them into integrals against the interpolating polynomial.
     """
     augmented = np.zeros((7 + NODES, 7 + NODES))
-    augmented[:7, :7] = jacobian(rig) * step
+    augmented[:7, :7] = jacobian(rig, drive=drive) * step
     augmented[:7, 7] = friction_input(rig) * step
     augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
     exponentials = expm(augmented * times[:, None, None])

@@ -24,14 +24,14 @@ def test_each_variant_changes_what_it_says_and_nothing_else():
         ("squares", {"reward"}),
         ("large_rewards", {"reward"}),
         ("no_statistics", {"sensors", "noise", "delay"}),
-        ("stiff_drive", {"drive_gains"}),
+        ("stiff_drive", {"drive"}),
         ("absolute_action", set()),
     ):
         config = config_of(name)
         assert config["hyperparameters"] == shipped["hyperparameters"]
         before, after = shipped["env_kwargs"], config["env_kwargs"]
         assert {key for key in {**before, **after} if before.get(key) != after.get(key)} == keys
-    assert config_of("stiff_drive")["env_kwargs"]["drive_gains"] is None
+    assert config_of("stiff_drive")["env_kwargs"]["drive"] is None
     small, large = (config["env_kwargs"]["reward"] for config in (shipped, config_of("large_rewards")))
     weights = ("variance", "tracking", "action")
     assert [large[name] for name in weights] == pytest.approx([10.0 * small[name] for name in weights])

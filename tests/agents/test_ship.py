@@ -100,7 +100,7 @@ def test_endurance_after_the_length_of_an_episode_is_the_verdict_of_the_episode(
     class SetPoint:
         """Steady at the target: on the soft drive that calms most rigs, for good."""
 
-        environment = load_policy(trained / "ppo").environment | {"drive_gains": SoftTorque().drive_gains}
+        environment = load_policy(trained / "ppo").environment | {"drive": SoftTorque().drive}
 
         def predict(self, observation, state=None, episode_start=None, deterministic=True):
             return np.zeros((len(observation), 1), np.float32), None

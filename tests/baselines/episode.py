@@ -21,7 +21,7 @@ def play(policy, options, seed=0, **arguments):
         "DrillRig-v0",
         scenario="nominal",
         sensors=policy.sensors,
-        drive_gains=policy.drive_gains,
+        drive=policy.drive,
         **arguments,
     )
     observation, info = env.reset(seed=seed, options=options)

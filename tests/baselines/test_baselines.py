@@ -28,7 +28,7 @@ def supported(name):
 @pytest.mark.parametrize(("name", "sensors"), [(name, sensors) for name in FAST for sensors in supported(name)])
 def test_batch_is_its_rigs_one_at_a_time(name, sensors):
     batch, alone = make(name, sensors=sensors), [make(name, sensors=sensors) for _ in range(4)]
-    env = gym.make_vec("DrillRig-v0", num_envs=4, sensors=sensors, drive_gains=batch.drive_gains)
+    env = gym.make_vec("DrillRig-v0", num_envs=4, sensors=sensors, drive=batch.drive)
     observations, info = env.reset(seed=5)
     state, states = None, [None] * 4
     for step in range(50):
@@ -45,7 +45,7 @@ def test_batch_is_its_rigs_one_at_a_time(name, sensors):
 @pytest.mark.parametrize("name", FAST)
 def test_an_episode_that_begins_anew_forgets_the_one_before(name):
     policy = make(name)
-    env = gym.make_vec("DrillRig-v0", num_envs=2, drive_gains=policy.drive_gains)
+    env = gym.make_vec("DrillRig-v0", num_envs=2, drive=policy.drive)
     first, info = env.reset(seed=1)
     policy.tell(info)
     fresh, _ = policy.predict(first, None, np.array([True, True]))

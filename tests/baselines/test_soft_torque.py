@@ -18,11 +18,11 @@ def test_frees_holds_and_keeps_out_with_the_reference_at_the_target(options):
 
 def test_gains_of_the_drive_give_the_wanted_proportional_and_integral_torque():
     rig = Rig()
-    k_p, k_i, back_emf_compensation = SoftTorque(proportional=0.17, integral=0.2).drive_gains
+    drive = SoftTorque(proportional=0.17, integral=0.2).drive
     per_volt = rig.eta * rig.K_T / rig.R
-    assert per_volt * k_p + rig.eta**2 * rig.C_m == pytest.approx(0.17)
-    assert per_volt * k_i == pytest.approx(0.2)
-    assert back_emf_compensation == 1.0  # or the back-EMF alone would be 1.66 N m s/rad
+    assert per_volt * drive.k_p + rig.eta**2 * rig.C_m == pytest.approx(0.17)
+    assert per_volt * drive.k_i == pytest.approx(0.2)
+    assert drive.back_emf_share == 1.0  # or the back-EMF alone would be 1.66 N m s/rad
 
 
 def test_needs_no_measurement_at_all():

@@ -1,15 +1,14 @@
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, observation_table, simulate
-from drillrig_env.env.core import EpisodeBatch, with_drive_gains
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.sensors import LIMIT, SENSORS, Sensors
 from drillrig_env.env.single import DrillRigEnv
-from drillrig_env.model import STATE_NAMES, jacobian
+from drillrig_env.model import STATE_NAMES
 
 
 def test_observations_turn_back_into_physical_values_by_name():
@@ -116,16 +115,8 @@ def test_drive_knows_the_torque_into_the_string_from_current_and_top_speed():
     assert np.abs(drive - channel).max() < 0.005
 
 
-def test_making_up_for_the_back_emf_is_a_lower_proportional_gain_where_the_reference_is_constant():
-    """eta K_E x_5 more voltage is eta K_E less of k_p, but for what k_p makes of the reference."""
-    rig = Rig()
-    back_emf_compensation = with_drive_gains(rig, (0.6, 0.06, 1.0))
-    lower = jacobian(replace(rig, k_p=0.6 - 0.5 * rig.eta * rig.K_E, k_i=0.06, K_E=0.5 * rig.K_E))
-    np.testing.assert_allclose(jacobian(back_emf_compensation), lower, atol=1e-9)
-
-
 def test_soft_drive_starts_where_the_stiff_one_does_without_a_jump_of_the_voltage():
-    stiff, soft = batch(("voltage", "bit_speed")), batch(("voltage", "bit_speed"), drive_gains=(0.04, 0.06, 1.0))
+    stiff, soft = batch(("voltage", "bit_speed")), batch(("voltage", "bit_speed"), drive=(0.04, 0.06, 1.0))
     np.testing.assert_allclose(stiff.observations, soft.observations, atol=1e-6)
     mechanical = [0, 1, 2, 3, 4, 5]
     np.testing.assert_array_equal(stiff.episodes["state"][:, mechanical], soft.episodes["state"][:, mechanical])
@@ -145,10 +136,6 @@ def test_soft_drive_starts_where_the_stiff_one_does_without_a_jump_of_the_voltag
         ({"delay": 0.5}, "delay = 0.5 control steps"),
         ({"delay": 11}, "delay = 11"),
         ({"delay": (3, 1)}, r"delay = \(3, 1\)"),
-        ({"drive_gains": (1.0, 0.0)}, "k_i = 0.0"),
-        ({"drive_gains": (-1.0, 1.0)}, "k_p = -1.0"),
-        ({"drive_gains": (1.0, 1.0, 1.5)}, "share of the back-EMF = 1.5"),
-        ({"drive_gains": 3.0}, "drive_gains = 3.0"),
         ({"sensors": ("bit_sped",)}, "did you mean bit_speed"),
         ({"sensors": ()}, "one or more different names"),
         ({"sensors": ("bit_speed", "bit_speed")}, "one or more different names"),

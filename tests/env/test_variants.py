@@ -37,7 +37,7 @@ VARIANTS = {
     "state": ("DrillRig-v0", {}),
     "surface": ("DrillRigSurface-v0", {}),
     "late": ("DrillRig-v0", {"noise": 1.0, "delay": (1, 5), "slew_limit": 1.0}),
-    "soft drive": ("DrillRigSurface-v0", {"drive_gains": (0.04, 0.06, 1.0)}),
+    "soft drive": ("DrillRigSurface-v0", {"drive": (0.04, 0.06, 1.0)}),
 }
 
 

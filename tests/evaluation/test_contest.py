@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from drillrig_env import Drive
 from drillrig_env.evaluation.contest import Contestant, check_same, config_of, run_contest
 from drillrig_env.evaluation.histories import Histories, typical_rigs
 from drillrig_env.evaluation.results import Results, read
@@ -73,7 +74,7 @@ def test_only_who_says_so_is_privileged():
 
 def test_the_drives_gains_are_the_policys():
     class Soft(Hold):
-        drive_gains = (0.3, 0.5)
+        drive = Drive(0.3, 0.5)
 
     assert not np.array_equal(run(Soft(), SUITE).average, run(Hold(), SUITE).average)
 

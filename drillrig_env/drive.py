@@ -1,0 +1,78 @@
+"""The drive's speed loop: its gains, and how much of the motor's back-EMF it makes up for.
+
+The voltage of the armature is
+
+    u = k_p (omega_ref - x_5) + k_i x_7 + back_emf_share eta K_E x_5.
+
+A drive that makes up for the back-EMF leaves the motor as if it had none, and so without the stiffness that comes
+from it: where it makes up for the share s, the model has (1 - s) K_E in place of K_E.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, SHARE, check_fields, closest, parameter, refuse
+from drillrig_env.rig import Rig
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A setting of the drive's speed loop, in place of the rig's own. Raises `ValueError` for one not allowed."""
+
+    k_p: float = parameter(unit="V s/rad", meaning="proportional gain of the speed loop", allowed=NOT_NEGATIVE)
+    k_i: float = parameter(unit="V/rad", meaning="integral gain of the speed loop", allowed=POSITIVE)
+    back_emf_share: float = parameter(
+        0.0, meaning="share of the motor's back-EMF that the drive makes up for", allowed=SHARE
+    )
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @classmethod
+    def of(cls, drive: DriveLike) -> Drive | None:
+        """A drive as functions take it: a `Drive`, a dictionary of its fields, (k_p, k_i), or with the share as third.
+
+        None stands for the rig's own and stays None. Raises `ValueError` for anything else.
+        """
+        if drive is None or isinstance(drive, cls):
+            return drive
+        names = [item.name for item in fields(cls)]
+        if isinstance(drive, Sequence | np.ndarray) and not isinstance(drive, str) and len(drive) in (2, 3):
+            return cls(*drive)
+        if not isinstance(drive, Mapping):
+            raise refuse("Drive", "drive", repr(drive), "", f"a Drive, a dictionary of its fields, or {_SEQUENCE}")
+        for name in drive:
+            if name not in names:
+                raise ValueError(f"drive: unknown field {name!r}; {closest(name, names)}")
+        for name in names[:2]:
+            if name not in drive:
+                raise ValueError(f"drive: the field {name} is missing in {dict(drive)}; {_SEQUENCE}")
+        return cls(**drive)
+
+    @classmethod
+    def of_rig(cls, rig: Rig) -> Drive:
+        """The drive that the rig's own parameters describe."""
+        return cls(rig.k_p, rig.k_i)
+
+    def remaining_K_E(self, rig: Rig) -> float:
+        """Voltage constant K_E (V s/rad) of the motor as this drive leaves it."""
+        return (1.0 - self.back_emf_share) * rig.K_E
+
+    def compensation(self, rig: Rig) -> float:
+        """Voltage that makes up for the back-EMF, for each rad/s of the top speed x_5 (V s/rad)."""
+        return rig.eta * (rig.K_E - self.remaining_K_E(rig))
+
+    def as_dict(self) -> dict[str, float]:
+        """Its fields by name, as `Drive.of` takes them; for files."""
+        return asdict(self)
+
+
+_SEQUENCE = "(k_p in V s/rad, k_i in V/rad) with or without the share of the back-EMF, 0 to 1"
+
+DriveLike: TypeAlias = Drive | Mapping[str, Any] | Sequence[float] | None
+"""What `Drive.of` takes."""
