@@ -14,6 +14,8 @@ one stops at once, and training can go on from the last checkpoint.
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +27,10 @@ from agents.training.seeds import resume_seeds, train_seeds
 from agents.training.train import Training, resume, train
 
 
-def main() -> None:
+def main(given: Sequence[str] | None = None) -> int:
     """Parse the command line and train."""
     parser = argument_parser()
-    arguments = parser.parse_args()
+    arguments = parser.parse_args(given)
     try:
         folder = run(arguments)
     except (ValueError, OSError, ImportError) as error:
@@ -36,6 +38,7 @@ def main() -> None:
     except RuntimeError as error:
         raise SystemExit(f"{parser.prog}: {error}") from None
     print(f"run folder: {folder}")
+    return 0
 
 
 def run(arguments: argparse.Namespace) -> Path:
@@ -108,4 +111,4 @@ def pairs(texts: list[str]) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -30,6 +30,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.measure import note, print_table, write_json
+from drillrig_env.extras import missing
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.parameters import refuse
 
@@ -37,7 +38,7 @@ try:
     from benchmarks.one_training import GOAL, RIG, RIGS, Run, check_cores, in_fresh_process
     from benchmarks.shares import PARTS
 except ImportError as error:
-    raise ImportError("training needs Stable-Baselines3; install it with: pip install 'drillrig[agents]'") from error
+    raise missing("training", "Stable-Baselines3", "agents") from error
 
 PENDULUM = "Pendulum-v1"
 SEEDS = {"ppo": 5, "sac": 3}

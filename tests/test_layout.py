@@ -8,9 +8,10 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FLOORS = [
-    ["arrays", "allowed", "parameters", "toml", "files", "seeds", "markdown", "command_line", "moved", "jit"],
+    ["arrays", "allowed", "parameters", "toml", "files", "seeds", "markdown", "command_line", "extras", "moved", "jit"],
     ["rig"],
     ["drive", "friction"],
+    ["flags"],
     ["model"],
     ["reference"],
     ["stepper"],

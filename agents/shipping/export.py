@@ -22,6 +22,7 @@ from agents.policy.agent import Agent
 from agents.policy.run_folder import find_run, load_policy, shipped
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.extras import missing
 from drillrig_env.seeds import VALIDATION_SEEDS
 
 TOLERANCE = 1e-5
@@ -85,7 +86,7 @@ def export(agent: Agent, path: Path) -> None:
 
         from agents.shipping.onnx_graph import build
     except ImportError as error:
-        raise ImportError("the export needs onnx; install it with: pip install 'drillrig[export]'") from error
+        raise missing("the export", "onnx", "export") from error
     onnx.save(build(agent), path)
 
 

@@ -12,6 +12,7 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.training.schedules import policy_kwargs, schedule
+from drillrig_env.extras import missing
 from drillrig_env.parameters import closest
 
 ALGORITHMS = ("ppo", "sac", "ppo_lstm")
@@ -35,7 +36,7 @@ def algorithm_class(algorithm: str) -> type[BaseAlgorithm]:
     try:
         from sb3_contrib import RecurrentPPO
     except ImportError as error:
-        raise ImportError("ppo_lstm needs sb3-contrib; install it with: pip install sb3-contrib") from error
+        raise missing("ppo_lstm", "sb3-contrib", "agents") from error
     return RecurrentPPO
 
 

@@ -9,29 +9,30 @@ FILE.csv has a header and cells separated by commas: `time` (s, ascending) and a
 
 The first sample becomes t = 0. There the model starts, with the same speed reference and load:
 
-python -m drillrig_env.calibrate.measured FILE.csv --speed-reference 3.14 --normal-force 25
-python -m drillrig_env.calibrate.measured FILE.csv --speed-reference 3.14 --normal-force 0:0 50:25  # load at 50 s
-python -m drillrig_env.calibrate.measured FILE.csv --speed-reference 3.14 --normal-force 25 --rig rig.toml
+drillrig measured FILE.csv --speed-reference 3.14 --normal-force 25
+drillrig measured FILE.csv --speed-reference 3.14 --normal-force 0:0 50:25  # load at 50 s
+drillrig measured FILE.csv --speed-reference 3.14 --normal-force 25 --rig rig.toml
 
 A perfect match has P_C = 1 and APL = 0. In table 4.2 the chapter's rig has P_C 0.89 to 0.96 and APL
 0.01 to 0.17 for its bit speed. For another rig, write the chapter's as a template, and edit it:
 
-python -c 'import drillrig_env as dr; dr.Rig().to_toml("rig.toml"); dr.Friction().to_toml("friction.toml")'
+drillrig info --write rig.toml --write-friction friction.toml
 """
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import ceil, isfinite
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_table
 from drillrig_env.model import steady_state
@@ -197,29 +198,16 @@ def write_comparison(path: str | Path, measurement: Measurement, simulated: Mapp
     np.savetxt(path, np.column_stack(list(columns.values())), "%.10g", ",", header=",".join(columns), comments="")
 
 
-def step(text: str) -> tuple[float, float]:
-    """One step of a schedule, "time:value" as (time in s, value); a value alone counts from 0 s on."""
-    time, _, value = text.rpartition(":")
-    try:
-        return float(time or 0), float(value)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not allowed; allowed: a number, or time:value") from None
-
-
-def main(arguments: Sequence[str] | None = None) -> None:
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig_env.calibrate.measured") -> int:
     """Parse the command line, simulate, print the table and, where asked, write the comparison."""
-    parser = argparse.ArgumentParser(
-        prog="python -m drillrig_env.calibrate.measured",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = Parser(prog=prog, description=__doc__)
     add = parser.add_argument
     add("file", metavar="FILE.csv", type=Path, help="the measurement")
-    steps: dict[str, Any] = {"nargs": "+", "type": step, "required": True}
-    add("--speed-reference", metavar="RAD/S", **steps, help="a number, or time:value pairs such as 0:2 50:3")
-    add("--normal-force", metavar="N", **steps, help="the same in N; stands in for that of the friction")
-    add("--rig", type=Path, help="TOML file with the table [rig] (default: the chapter's rig)")
-    add("--friction", type=Path, help="TOML file with the table [friction] (default: the chapter's)")
+    add_schedule_argument(parser, "--speed-reference", "rad/s", "a number, or time:value pairs", required=True)
+    add_schedule_argument(parser, "--normal-force", "N", "the same; stands in for the friction's", required=True)
+    add_rig_argument(parser)
+    add_friction_argument(parser)
     add("--start", choices=STARTS, default="rest", help="state of the rig at t = 0 (default: rest)")
     add("--start-time", metavar="S", type=float, help="time in the file that is t = 0 (default: the first sample)")
     add("--window", metavar="S", type=float, default=CHAPTER_WINDOW, help="also score the first S s (default: 10)")
@@ -241,9 +229,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if options.output:
             write_comparison(options.output, measurement, simulated)
             print(f"measured and simulated signals: {options.output.resolve()}")
-    except (ValueError, OSError) as error:
+    except (ValueError, FileNotFoundError) as error:
         parser.error(str(error))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

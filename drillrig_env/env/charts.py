@@ -19,6 +19,7 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.scenario import LARGEST_REFERENCE
+from drillrig_env.extras import missing
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_speed, fold_speed
@@ -27,7 +28,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 try:
     import pygame
 except ImportError as error:
-    raise ImportError("rendering needs pygame-ce; install it with: pip install 'drillrig[render]'") from error
+    raise missing("rendering", "pygame-ce", "render") from error
 
 HISTORY = 20.0
 """How far back the strip charts reach, s."""

@@ -12,13 +12,14 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import EpisodeGenerators
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.vector import check_actions
+from drillrig_env.extras import missing
 
 try:
     from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
     from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 except ImportError as error:
-    raise ImportError("training needs Stable-Baselines3; install it with: pip install 'drillrig[agents]'") from error
+    raise missing("training", "Stable-Baselines3", "agents") from error
 
 
 class DrillRigVecEnv(VecEnv):

@@ -23,7 +23,7 @@ from drillrig_env.allowed import OneARig
 from drillrig_env.arrays import FloatArray, Quantity, Record, Records
 from drillrig_env.friction.contact import contacts_of
 from drillrig_env.jit.compiled import compiled, inlined
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, parameter, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, describe, parameter, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.toml import read_section, record_of, write_section
 
@@ -103,6 +103,10 @@ class Friction:
         torque, slope = np.empty(x_3.shape), np.empty(x_3.shape)
         _law_over(np.array(x_3).ravel(), np.array(contacts).ravel(), torque.reshape(-1), slope.reshape(-1))
         return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
+
+    def describe(self) -> str:
+        """A table of all fields with value, unit, meaning and source."""
+        return describe(self)
 
     @classmethod
     def of(cls, friction: FrictionLike) -> Friction:

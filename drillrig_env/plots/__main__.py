@@ -1,57 +1,60 @@
-"""Draw the chapter's figures 4.1 to 4.13 and the bistable region, each with its caption.
+"""Draw the chapter's figures 4.1 to 4.13 and the bistable region, each with its caption, for a rig.
 
-python -m drillrig_env.plots                              # all of them, as PNG and SVG, into figures/
-python -m drillrig_env.plots --only 4.12 4.13 --format svg --output paper
+  drillrig figures                              # all of them, as PNG and SVG, into figures/
+  drillrig figures --only 4.12 4.13 --format svg --output paper
+  drillrig figures --rig my_rig.toml            # for a rig of your own
+
+On a rig of your own, axes of speeds reach as far beside its fold as they do beside the chapter's; normal forces are
+the chapter's. A figure of what the rig does not have, such as stick-slip, is left out with a sentence.
 """
 
 from __future__ import annotations
 
-import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.console import Console
+from rich.progress import Progress
+
+from drillrig_env.command_line import DONE, FAILED, Parser, command
+from drillrig_env.flags import add_rig_argument
 from drillrig_env.parameters import closest
-from drillrig_env.plots.figures import FIGURES, FORMATS, write
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig_env.plots") -> int:
     """Parse the command line, draw and report; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="python -m drillrig_env.plots",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument(
-        "--output", type=Path, default=Path("figures"), metavar="FOLDER", help="folder for the files (default: figures)"
-    )
-    parser.add_argument(
-        "--only", nargs="+", default=list(FIGURES), metavar="NAME", help=f"draw only these: {', '.join(FIGURES)}"
-    )
-    parser.add_argument("--format", nargs="+", choices=FORMATS, default=list(FORMATS), help="default: png and svg")
+    parser = Parser(prog=prog, description=__doc__)
+    add = parser.add_argument
+    add_rig_argument(parser)
+    add("--output", type=Path, default=Path("figures"), metavar="FOLDER", help="for the files (default: figures)")
+    add("--only", nargs="+", metavar="NAME", help="draw only these, such as 4.12 or bistable")
+    add("--format", nargs="+", choices=("png", "svg"), default=["png", "svg"], help="default: png and svg")
     options = parser.parse_args(arguments)
-    for name in options.only:
+    try:
+        from drillrig_env.plots.figures import FIGURES, write
+    except ImportError as error:
+        parser.error(str(error))
+    for name in options.only or ():
         if name not in FIGURES:
             parser.error(f"--only: figure {name!r} is not known; {closest(name, FIGURES)}")
-    names = list(dict.fromkeys(options.only))
-    try:
-        from rich.progress import Progress
-    except ImportError:
-        parser.error("the progress bar needs rich; install it with: pip install 'drillrig[agents]'")
-
+    names = list(dict.fromkeys(options.only or FIGURES))
     written: list[str] = []
-    try:
-        with Progress() as progress:
-            task = progress.add_task("figures", total=len(names))
-            for name in write(options.output, names, options.format):
-                written.append(name)
+    with Progress(console=Console(stderr=True)) as progress:
+        task = progress.add_task("figures", total=len(names))
+        try:
+            for name in names:
+                try:
+                    written += write(options.output, [name], options.format, options.rig)
+                except ValueError as error:
+                    print(f"{prog}: figure {name} is left out: {error}", file=sys.stderr)
                 progress.update(task, advance=1, description=f"figure {name}")
-    except KeyboardInterrupt:
-        print(f"stopped; written so far: {', '.join(written) or 'nothing'}, in {options.output.resolve()}")
-        return 130
-    except OSError as error:
-        parser.error(str(error))
+        except KeyboardInterrupt as stop:
+            stop.add_note(f"written so far: {', '.join(written) or 'nothing'}, in {options.output.resolve()}")
+            raise
     print(f"{', '.join(written)} and captions.md: {options.output.resolve()}")
-    return 0
+    return DONE if len(written) == len(names) else FAILED
 
 
 if __name__ == "__main__":

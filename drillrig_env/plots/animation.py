@@ -1,21 +1,21 @@
 """Make the README's animation: a rig held at its target sticks and slips, until jump-and-ease frees it.
 
-    python -m drillrig_env.plots.animation --output docs/images/stick_slip.gif
-    python -m drillrig_env.plots.animation --normal-force 10 --speed-target 2.4 --hold 10 --output calm.gif
+    drillrig animate --output docs/images/stick_slip.gif
+    drillrig animate --normal-force 10 --speed-target 2.4 --hold 10 --output calm.gif
+    drillrig animate --rig my_rig.toml --output mine.gif
 
 The rig has the chapter's friction and starts in stick-slip. After --hold seconds the policy
 jump_ease takes over, and the animation ends once the bit has been calm at the target for 4 s. A
 target between the critical speed and the fold shows most: there the same rig at the same speed
 ends calm where it began in stick-slip.
 
-Needs the extra `render`: pip install 'drillrig[render]'
+Needs the extra `render`: in a clone, pip install '.[render]'
 """
 
 from __future__ import annotations
 
-import argparse
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,9 +24,14 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.allowed import Made
+from drillrig_env.command_line import Parser, command
 from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.parameters import refuse
+from drillrig_env.extras import missing
+from drillrig_env.flags import add_fields, add_rig_argument, given_fields
+from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter
 from drillrig_env.policy import make_policy
+from drillrig_env.rig import Rig
 
 _LONGEST = 120.0  # s
 _COLORS = 64
@@ -37,21 +42,19 @@ _CALM_TIME, _CALM_DEVIATION = 4.0, 0.05
 class Film:
     """What is filmed and how: a rig at a normal force and a target, and the size and pace of the film.
 
-    Raises `ValueError` for a number of steps, pixels or a pace below 1, or a hold below 0.
+    Raises `ValueError` for a value that is not allowed.
     """
 
-    normal_force: float = 20.0  # N
-    speed_target: float = 3.2  # rad/s
-    hold: float = 6.0  # s at the target, before jump-and-ease takes over
-    speed_up: int = 2  # seconds of the rig in a second of the film
-    every: int = 1  # control steps from one frame to the next
-    width: int = 640  # px
+    normal_force: float = parameter(20.0, "N", "normal force", allowed=NOT_NEGATIVE)
+    speed_target: float = parameter(3.2, "rad/s", "speed target", allowed=POSITIVE)
+    hold: float = parameter(6.0, "s", "time at the target before jump-and-ease takes over", allowed=NOT_NEGATIVE)
+    speed_up: int = parameter(2, "", "seconds of the rig in a second of the film", allowed=COUNT)
+    every: int = parameter(1, "control steps", "from one frame to the next", allowed=COUNT)
+    width: int = parameter(640, "px", "width", allowed=COUNT)
+    rig: Rig = parameter(meaning="the rig that is filmed", factory=Rig, allowed=Made(Rig.of, "as Rig.of takes it"))
 
     def __post_init__(self) -> None:
-        for name, unit, least in (("speed_up", "", 1), ("every", "steps", 1), ("width", "px", 1), ("hold", "s", 0)):
-            value = getattr(self, name)
-            if not value >= least:
-                raise refuse("Film", name, value, unit, f">= {least}")
+        check_fields(self)
 
     @property
     def frame_time(self) -> int:
@@ -64,8 +67,8 @@ def frames(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
 
     Raises `ValueError` for an impossible normal force or target.
     """
-    env = gym.make("DrillRig-v0", scenario="nominal", duration=_LONGEST, render_mode="rgb_array")
-    policy: Any = make_policy("jump_ease")
+    env = gym.make("DrillRig-v0", rig=film.rig, scenario="nominal", duration=_LONGEST, render_mode="rgb_array")
+    policy: Any = make_policy("jump_ease", rig=film.rig)
     memory = None
     options = {"normal_force": film.normal_force, "speed_target": film.speed_target, "start": "stick_slip"}
     observation, info = env.reset(seed=0, options=options)
@@ -92,7 +95,7 @@ def save(film: Film, path: Path) -> int:
         from PIL import Image
         from tqdm import tqdm  # type: ignore[import-untyped,unused-ignore]
     except ImportError as error:
-        raise ImportError("the animation needs Pillow and tqdm: pip install 'drillrig[render]'") from error
+        raise missing("the animation", "Pillow and tqdm", "render") from error
 
     size, palette, pictures = None, None, []
     for frame in tqdm(frames(film), desc=path.name, unit=" frames"):
@@ -106,35 +109,21 @@ def save(film: Film, path: Path) -> int:
     return len(pictures)
 
 
-def main(arguments: list[str] | None = None) -> None:
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig_env.plots.animation") -> int:
     """Parse the command line and make the animation."""
-    default = Film()
-    parser = argparse.ArgumentParser(
-        prog="python -m drillrig_env.plots.animation",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--output", type=Path, required=True, help="the GIF to write")
-    parser.add_argument("--normal-force", type=float, default=default.normal_force, metavar="N", help="default: 20 N")
-    parser.add_argument(
-        "--speed-target", type=float, default=default.speed_target, metavar="RAD/S", help="default: 3.2 rad/s"
-    )
-    parser.add_argument("--hold", type=float, default=default.hold, metavar="S", help="time at the target (default: 6)")
-    parser.add_argument(
-        "--speed-up", type=int, default=default.speed_up, metavar="N", help="times faster than the rig (default: 2)"
-    )
-    parser.add_argument(
-        "--every", type=int, default=default.every, metavar="N", help="control steps a frame (default: 1)"
-    )
-    parser.add_argument("--width", type=int, default=default.width, metavar="PX", help="width (default: 640)")
-    values = vars(parser.parse_args(arguments))
-    path = values.pop("output")
+    parser = Parser(prog=prog, description=__doc__)
+    parser.add_argument("--output", type=Path, required=True, metavar="GIF", help="the file to write")
+    add_rig_argument(parser)
+    add_fields(parser, Film, skip=["rig"])
+    options = parser.parse_args(arguments)
     try:
-        number = save(Film(**values), path)
-    except (ValueError, OSError) as error:
+        number = save(Film(**{**given_fields(options, Film), "rig": options.rig}), options.output)
+    except (ValueError, ImportError) as error:
         parser.error(str(error))
-    print(f"{path}: {number} frames, {path.stat().st_size / 1e6:.1f} MB")
+    print(f"{options.output}: {number} frames, {options.output.stat().st_size / 1e6:.1f} MB")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES, minimum_speed, steady_state
+from drillrig_env.plots.own_rig import only_for_the_chapters, scale
 from drillrig_env.plots.style import (
     BIT_SPEED,
     BLUE,
@@ -34,28 +35,29 @@ from drillrig_env.stability import (
     stick_slip_orbit,
 )
 
-_ON_P1 = (1.0, 1.8, 2.6)  # rad/s; where figure 4.12 takes its points 1, 2 and 3
+_ON_P1 = (1.0, 1.8, 2.6)  # rad/s; where figure 4.12 takes its points 1, 2 and 3 on the chapter's rig
 _BIT = STATE_NAMES.index("bit_speed")
 _TWIST = STATE_NAMES.index("twist_12")
 
 
-def diagram_with_orbits() -> Picture:
+def diagram_with_orbits(rig: Rig) -> Picture:
     """Figure 4.12: the diagram at 10 N, and three orbits of p1 in the phase plane."""
-    rig, friction = Rig(), Friction(10.0)
-    diagram = bifurcation_diagram(rig, friction, points=180, speeds=(0.005, 4.0))
+    friction, reach = Friction(10.0), scale(rig, 10.0)
+    on_p1 = [round(speed * reach, 2) for speed in _ON_P1]
+    diagram = bifurcation_diagram(rig, friction, points=180, speeds=(0.005, 4.0 * reach))
     figure = new_figure(5.4)
     panels: dict[str, Any] = figure.subplot_mosaic([["diagram"] * 3, ["0", "1", "2"]], height_ratios=(1.55, 1.0))
-    _draw_diagram(panels["diagram"], diagram, 4.0)
+    _draw_diagram(panels["diagram"], diagram, 4.0 * reach)
     for index in (1, 2):
         panels[str(index)].sharey(panels["0"])
         panels[str(index)].sharex(panels["0"])
-    for index, speed in enumerate(_ON_P1):
+    for index, speed in enumerate(on_p1):
         orbit = stick_slip_orbit(rig, friction, speed)
         peak = float(np.max(orbit.highest[0]))
         mark(panels["diagram"], speed, peak, f"{index + 1}", (-3, 5), ha="right", weight="bold")
         _draw_orbit(panels[str(index)], orbit, index + 1)
     panels["0"].set_ylabel(BIT_SPEED)
-    points = ", ".join(f"{speed:g}" for speed in _ON_P1)
+    points = ", ".join(f"{speed:g}" for speed in on_p1)
     return Picture(
         figure,
         f"{_described(diagram)} Below: the points 1, 2 and 3 on p1, at {points} rad/s (chosen), as orbits with "
@@ -63,17 +65,18 @@ def diagram_with_orbits() -> Picture:
     )
 
 
-def diagram_at_a_larger_force() -> Picture:
+def diagram_at_a_larger_force(rig: Rig) -> Picture:
     """Figure 4.13: the diagram at 20 N."""
-    diagram = bifurcation_diagram(Rig(), Friction(20.0), points=180, speeds=(0.005, 6.0))
+    reach = scale(rig, 20.0)
+    diagram = bifurcation_diagram(rig, Friction(20.0), points=180, speeds=(0.005, 6.0 * reach))
     figure = new_figure(3.6)
-    _draw_diagram(figure.subplots(), diagram, 6.0)
+    _draw_diagram(figure.subplots(), diagram, 6.0 * reach)
     lighter = Friction(10.0)
     narrower = float(fold_speed(diagram.rig, lighter)) - float(critical_speed(diagram.rig, lighter))
     return Picture(
         figure,
         f"{_described(diagram)} The range of bistability, {diagram.special['fold'] - diagram.special['H2']:.3f} rad/s, "
-        f"is wider than in figure 4.12, {narrower:.3f} rad/s.",
+        f"stands beside {narrower:.3f} rad/s at 10 N, in figure 4.12.",
     )
 
 
@@ -139,30 +142,24 @@ def _described(diagram: Diagram) -> str:
     )
 
 
-def bistable_region() -> Picture:
+def bistable_region(rig: Rig) -> Picture:
     """Beyond the chapter: where stick-slip and steady rotation are both stable, over (omega_ref, N_1)."""
-    curves = hopf_and_fold_curves(Rig(), Friction(), np.linspace(0.0, 40.0, 1601)[1:])
+    curves = hopf_and_fold_curves(rig, Friction(), np.linspace(0.0, 40.0, 1601)[1:])
     exists = np.isfinite(curves["fold_speed"])
     border, fold, forces = (curves[name][exists] for name in ("critical_speed", "fold_speed", "normal_force"))
+    reach = scale(rig, 33.0)
     figure = new_figure(3.9)
     axes = figure.subplots()
     axes.fill_betweenx(forces, 0.0, border, color=VERMILLION, alpha=0.14, lw=0.0)
     axes.fill_betweenx(forces, border, fold, facecolor=GREEN, alpha=0.14, hatch="//", edgecolor="0.6", lw=0.0)
     axes.plot(border, forces, color=DARK, lw=1.6, label=r"critical speed $\omega_c$ ($H_2$)")
     axes.plot(fold, forces, color=DARK, lw=1.6, ls="-.", label="fold: stick-slip ends")
-    axes.plot([2.0, 3.0, 3.14], [20.0, 25.0, 25.0], "^", color=DARK, label="the chapter's run vibrates")
-    axes.plot(4.0, 20.0, "s", color=DARK, mfc="white", label="the chapter's run does not")
-    for x, y, text, offset in (
-        (2.0, 20.0, "4.11", (-6, -3)),
-        (3.0, 25.0, "4.7", (-6, -3)),
-        (3.14, 25.0, "4.4", (6, -3)),
-        (4.0, 20.0, "4.11", (6, -3)),
-    ):
-        axes.annotate(text, (x, y), offset, textcoords="offset points", ha="right" if offset[0] < 0 else "left")
-    axes.text(0.4, 33.0, "stick-slip only", fontsize=9)
-    axes.text(4.4, 33.0, "bistable", fontsize=9, ha="center", bbox={"fc": "white", "ec": "none", "alpha": 0.8})
-    axes.text(5.6, 12.0, "steady rotation only", fontsize=9)
-    axes.set_xlim(0.0, 8.0)
+    if rig == Rig():
+        _mark_the_chapters_runs(axes)
+    axes.text(0.4 * reach, 33.0, "stick-slip only", fontsize=9)
+    axes.text(4.4 * reach, 33.0, "bistable", fontsize=9, ha="center", bbox={"fc": "white", "ec": "none", "alpha": 0.8})
+    axes.text(5.6 * reach, 12.0, "steady rotation only", fontsize=9)
+    axes.set_xlim(0.0, 8.0 * reach)
     axes.set_ylim(0.0, 40.0)
     axes.set_xlabel(SPEED_REFERENCE)
     axes.set_ylabel(r"normal force $N_1$, N")
@@ -172,5 +169,20 @@ def bistable_region() -> Picture:
         "Beyond the chapter: the bistable region over speed reference and normal force, from the critical speed (the "
         "curve of figure 4.11) to the fold (the end of p1 in figures 4.12 and 4.13). Inside it, both stick-slip and "
         "steady rotation are stable, and the run decides: to free a sticking rig for certain, the speed must pass the "
-        "fold. Marked are the chapter's own runs, by figure. μ_s, μ_k and v_b of table 4.1.",
+        "fold."
+        + only_for_the_chapters(rig, " Marked are the chapter's own runs, by figure.")
+        + " μ_s, μ_k and v_b of table 4.1.",
     )
+
+
+def _mark_the_chapters_runs(axes: Axes) -> None:
+    """The runs of the chapter's figures, and whether they vibrate."""
+    axes.plot([2.0, 3.0, 3.14], [20.0, 25.0, 25.0], "^", color=DARK, label="the chapter's run vibrates")
+    axes.plot(4.0, 20.0, "s", color=DARK, mfc="white", label="the chapter's run does not")
+    for x, y, text, offset in (
+        (2.0, 20.0, "4.11", (-6, -3)),
+        (3.0, 25.0, "4.7", (-6, -3)),
+        (3.14, 25.0, "4.4", (6, -3)),
+        (4.0, 20.0, "4.11", (6, -3)),
+    ):
+        axes.annotate(text, (x, y), offset, textcoords="offset points", ha="right" if offset[0] < 0 else "left")

@@ -16,6 +16,7 @@ from drillrig_env.parameters import closest
 from drillrig_env.plots.bifurcations import bistable_region, diagram_at_a_larger_force, diagram_with_orbits
 from drillrig_env.plots.friction_curves import friction_laws, stability_on_the_friction_curve
 from drillrig_env.plots.local_stability import eigenvalue_crossing, equilibrium_branches, torsional_vibration_map
+from drillrig_env.plots.own_rig import differences
 from drillrig_env.plots.style import Picture, add_caption, look, save
 from drillrig_env.plots.time_responses import (
     load_put_on_and_removed,
@@ -24,10 +25,11 @@ from drillrig_env.plots.time_responses import (
     start_from_rest,
     stick_slip,
 )
+from drillrig_env.rig import Rig, RigLike
 
 __all__ = ["FIGURES", "FORMATS", "Picture", "draw", "write"]
 
-FIGURES: Mapping[str, Callable[[], Picture]] = {
+FIGURES: Mapping[str, Callable[[Rig], Picture]] = {
     "4.1": friction_laws,
     "4.2": partial(start_from_rest, 3.14),
     "4.3": partial(start_from_rest, 4.19),
@@ -49,22 +51,36 @@ FORMATS = ("png", "svg")
 _CAPTIONS = "captions.md"
 
 
-def draw(name: str) -> Picture:
-    """Draw a figure with its caption below it. Raises `ValueError` for a name that is not in FIGURES."""
+def draw(name: str, rig: RigLike = None) -> Picture:
+    """Draw a figure with its caption below it, for the chapter's rig or one of your own (as `Rig.of` takes it).
+
+    On another rig, axes of speeds reach as far beside its fold as they do beside the chapter's, the normal forces are
+    the chapter's, and the caption says in what the rig differs. Raises `ValueError` for a name that is not in FIGURES,
+    and for a rig without what the figure shows.
+    """
     if name not in FIGURES:
         raise ValueError(f"figure {name!r} is not known; {closest(name, FIGURES)}")
+    rig = Rig.of(rig)
     with look():
-        drawn = FIGURES[name]()
+        drawn = FIGURES[name](rig)
         lead = "" if name == "bistable" else f"Figure {name}. "
+        if changed := differences(rig):
+            lead += f"For a rig with {changed}: "
         picture = Picture(drawn.figure, lead + drawn.caption)
         add_caption(picture)
     return picture
 
 
-def write(folder: str | Path, names: Iterable[str] = tuple(FIGURES), formats: Iterable[str] = FORMATS) -> Iterator[str]:
+def write(
+    folder: str | Path,
+    names: Iterable[str] = tuple(FIGURES),
+    formats: Iterable[str] = FORMATS,
+    rig: RigLike = None,
+) -> Iterator[str]:
     """Draw figures and write each into a folder, with captions.md; yields each name once its files are there.
 
-    Captions of figures written there before stay. Raises `ValueError` for an unknown name or format.
+    `rig` as for `draw`. Captions of figures written there before stay. Raises `ValueError` as `draw` does, and for an
+    unknown format.
     """
     folder, formats = Path(folder), tuple(formats)
     for suffix in formats:
@@ -73,7 +89,7 @@ def write(folder: str | Path, names: Iterable[str] = tuple(FIGURES), formats: It
     folder.mkdir(parents=True, exist_ok=True)
     captions = _read_captions(folder / _CAPTIONS)
     for name in names:
-        picture = draw(name)
+        picture = draw(name, rig)
         with look():
             save(picture, folder, name, formats)
         captions[name] = f"![{name}]({name}.{formats[0]})\n\n{picture.caption}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_env.friction import Friction
+from drillrig_env.plots.own_rig import only_for_the_chapters, scale
 from drillrig_env.plots.style import (
     BIT_SPEED,
     BLUE,
@@ -22,9 +23,9 @@ from drillrig_env.stability import critical_slope, critical_speed
 _TORQUE = r"friction torque $T_{r_1}$, N m"
 
 
-def friction_laws() -> Picture:
+def friction_laws(rig: Rig) -> Picture:
     """Figure 4.1: the discontinuous law (4-7) and the adopted one (4-9)."""
-    rig, friction = Rig(), Friction(10.0)
+    friction = Friction(10.0)
     figure = new_figure(2.7)
     discontinuous, adopted = figure.subplots(1, 2, sharex=True, sharey=True)
 
@@ -61,16 +62,16 @@ def friction_laws() -> Picture:
     )
 
 
-def stability_on_the_friction_curve() -> Picture:
+def stability_on_the_friction_curve(rig: Rig) -> Picture:
     """Figure 4.8: the friction torque, solid where steady rotation at that speed is stable."""
-    rig, slope = Rig(), critical_slope(Rig())
+    slope, fastest = critical_slope(rig), 5.0 * scale(rig, 20.0)
     figure = new_figure(2.8)
     borders = {}
     panels = figure.subplots(1, 2, sharex=True)
     for axes, letter, force in zip(panels, "ab", (10.0, 20.0), strict=True):
         friction = Friction(force)
         border = borders[force] = float(critical_speed(rig, friction))
-        speed = np.sort(np.append(np.linspace(rig.omega_s, 5.0, 400), border))
+        speed = np.sort(np.append(np.linspace(rig.omega_s, fastest, 400), border))
         torque = np.asarray(friction.torque(rig, speed))
         plot_stability(axes, speed, torque, speed >= border)
         at_border = float(friction.torque(rig, border))
@@ -79,7 +80,7 @@ def stability_on_the_friction_curve() -> Picture:
         axes.vlines(border, 0.0, at_border, color=GREY, ls=":", lw=0.9)
         mark(axes, border, at_border, rf"$\omega_c$ = {border:.3f} rad/s", (8, 10))
         axes.set_ylim(0.0, 1.08 * torque[0])
-        axes.set_xlim(0.0, 5.0)
+        axes.set_xlim(0.0, fastest)
         axes.set_title(f"({letter}) $N_1$ = {force:g} N")
         axes.set_xlabel(BIT_SPEED)
     panels[0].set_ylabel(_TORQUE)
@@ -89,5 +90,7 @@ def stability_on_the_friction_curve() -> Picture:
         figure,
         "Local stability by the Hurwitz criterion, on the friction curve: steady rotation is stable (solid) where the "
         f"slope of friction lies above ΔT_r,min = {slope:.4f} N m s/rad (4-25), and unstable (dashed) where friction "
-        f"falls faster. The border is the critical speed ω_c: {speeds} (the chapter prints 1.994 and 2.689 rad/s).",
+        f"falls faster. The border is the critical speed ω_c: {speeds}"
+        + only_for_the_chapters(rig, " (the chapter prints 1.994 and 2.689 rad/s)")
+        + ".",
     )

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES, minimum_speed
+from drillrig_env.plots.own_rig import only_for_the_chapters, scale
 from drillrig_env.plots.style import (
     BIT_SPEED,
     BLUE,
@@ -38,19 +39,20 @@ from drillrig_env.stability import (
     hopf_points,
 )
 
+_CUT = (2.625, 2.712)  # rad/s; the part of the imaginary axis that figure 4.10 shows
 _SHOWN = ((BIT_SPEED, "bit_speed"), (TWIST, "twist_12"), (r"current $i$, A", "current"))
 
 
-def equilibrium_branches() -> Picture:
+def equilibrium_branches(rig: Rig) -> Picture:
     """Figure 4.9: bit speed, twist and current of steady rotation (4-16), and the still branch below omega_min."""
-    rig = Rig()
+    fastest = 5.0 * scale(rig, 20.0)
     figure = new_figure(5.0)
     panels = figure.subplots(3, 2, sharex=True, sharey="row")
     told = []
     for column, (letter, force) in enumerate(zip("ab", (10.0, 20.0), strict=True)):
         friction = Friction(force)
         still, border = float(minimum_speed(rig, friction)), float(critical_speed(rig, friction))
-        points = equilibria(rig, friction, np.sort(np.append(np.linspace(still, 5.0, 300), border)))
+        points = equilibria(rig, friction, np.sort(np.append(np.linspace(still, fastest, 300), border)))
         speed = points["speed_reference"]
         for axes, (label, name) in zip(panels[:, column], _SHOWN, strict=True):
             value = points["state"][:, STATE_NAMES.index(name)]
@@ -64,43 +66,45 @@ def equilibrium_branches() -> Picture:
         panels[0, column].plot([0.0, still], [0.0, 0.0], **{**STABLE, "lw": 3.0}, solid_capstyle="butt")
         panels[0, column].annotate(
             rf"$\omega_{{min}}$ = {still:.3f} rad/s",
-            (still, 4.6),
+            (still, 0.92 * fastest),
             (4, 0),
             textcoords="offset points",
         )
         panels[0, column].set_title(f"({letter}) $N_1$ = {force:g} N")
         panels[2, column].set_xlabel(SPEED_REFERENCE)
         told.append(f"{still:.4f} rad/s at {force:g} N")
-    panels[0, 0].set_xlim(0.0, 5.0)
+    panels[0, 0].set_xlim(0.0, fastest)
     name_line_styles(panels[1, 0], "lower right")
     return Picture(
         figure,
         "Equilibrium branch (4-16) over the speed reference: speed of all discs, twist between disc 1 and disc 2 and "
-        f"armature current. Below ω_min of (4-15), {' and '.join(told)}, the chapter's rig stands still (thick line). "
-        "That belongs to a drive without integrator: with it, the 7-state model winds up and always breaks away, and "
-        "its steady rotation goes on below ω_min.",
+        f"armature current. Below ω_min of (4-15), {' and '.join(told)}, a rig without integrator stands still (thick "
+        "line). With it, the 7-state model winds up and always breaks away, and steady rotation goes on below ω_min.",
     )
 
 
-def eigenvalue_crossing() -> Picture:
+def eigenvalue_crossing(rig: Rig) -> Picture:
     """Figure 4.10: the conjugate pair of the Jacobian (4-19) that crosses the imaginary axis at omega_c."""
-    rig, friction = Rig(), Friction(10.0)
+    friction = Friction(10.0)
     hopf = hopf_points(rig, friction)[-1]
     border = hopf.speed_reference
-    speed = np.sort(np.append(np.linspace(0.45, 5.0, 300), border))
+    reach = scale(rig, 10.0)
+    marks = [round(reach * value, 2) for value in (0.5, 0.75, 1.0, 1.25)]
+    marks += [border, *(round(reach * value, 2) for value in (2.5, 3.0, 4.0, 5.0))]
+    speed = np.sort(np.append(np.linspace(0.45 * reach, 5.0 * reach, 300), border))
     pair = np.array([_string_mode(rig, friction, float(value), hopf.frequency) for value in speed])
     figure = new_figure(3.9)
     panels = figure.subplots(2, 1, sharex=True)
     for axes, sign in zip(panels, (1.0, -1.0), strict=True):
         plot_stability(axes, pair.real, sign * pair.imag, speed >= border)
         axes.axvline(0.0, color=DARK, lw=0.9)
-        for value in (0.5, 0.75, 1.0, 1.25, border, 2.5, 3.0, 4.0, 5.0):
+        for value in marks:
             at = _string_mode(rig, friction, value, hopf.frequency)
             text = rf"$\omega_c$ = {value:.3f}" if value == border else f"{value:g}"
             offset, side = ((5.0, 6.0 * sign), "left") if value == border else ((0.0, 6.0 * sign), "center")
             mark(axes, at.real, sign * at.imag, text, offset, ha=side, va="bottom" if sign > 0 else "top")
         axes.set_ylabel(r"Im $\lambda$, rad/s")
-        low, high = sorted((sign * 2.625, sign * 2.712))
+        low, high = sorted(sign * value for value in (_CUT if rig == Rig() else _around(pair.imag)))
         axes.set_ylim(low, high)
     panels[1].set_xlabel(r"Re $\lambda$, 1/s")
     name_line_styles(panels[0], "lower left")
@@ -113,22 +117,30 @@ def eigenvalue_crossing() -> Picture:
     )
 
 
+def _around(values: FloatArray) -> tuple[float, float]:
+    """Limits with some room about values."""
+    room = 0.2 * float(np.ptp(values)) + 1e-3
+    return float(values.min()) - room, float(values.max()) + room
+
+
 def _string_mode(rig: Rig, friction: Friction, speed: float, frequency: float) -> complex:
     """The upper eigenvalue of the string's slow mode: the one whose imaginary part is nearest to `frequency`."""
     values = eigenvalues(rig, friction, speed)
     return complex(values[np.argmin(np.abs(values.imag - frequency))])
 
 
-def torsional_vibration_map() -> Picture:
+def torsional_vibration_map(rig: Rig) -> Picture:
     """Figure 4.11: the critical speed over (omega_ref, N_1), and a time response from either side of it."""
-    rig, force, on = Rig(), 20.0, 50.0
+    force, on = 20.0, 50.0
+    reach = scale(rig, force)
+    below, above = round(2.0 * reach, 2), round(4.0 * reach, 2)
     figure = new_figure(3.3)
     panels: dict[str, Any] = figure.subplot_mosaic([["map", "upper"], ["map", "lower"]], width_ratios=(1.0, 1.15))
     curves = hopf_and_fold_curves(rig, Friction(), np.linspace(0.0, 40.0, 1601)[1:])
     vibrates = curves["critical_speed"] > 0.0
     border, forces = curves["critical_speed"][vibrates], curves["normal_force"][vibrates]
-    _draw_zones(panels["map"], border, forces)
-    for axes, speed, marker in ((panels["upper"], 2.0, "^"), (panels["lower"], 4.0, "s")):
+    _draw_zones(panels["map"], border, forces, reach)
+    for axes, speed, marker in ((panels["upper"], below, "^"), (panels["lower"], above, "s")):
         run = simulate(rig, speed_reference=speed, normal_force=[(0.0, 0.0), (on, force)], duration=100.0)
         axes.plot(run.time, run.bit_speed, color=BLUE, lw=0.9)
         axes.axvline(on, color=DARK, ls="--", lw=0.9)
@@ -139,24 +151,28 @@ def torsional_vibration_map() -> Picture:
         axes.plot(0.97, 1.07, marker, color=DARK, transform=axes.transAxes, clip_on=False)
         panels["map"].plot(speed, force, marker, color=DARK, clip_on=False)
     panels["lower"].set_xlabel(TIME)
-    panels["upper"].set_title(r"(b) $\omega_{ref}$ = 2 rad/s")
+    panels["upper"].set_title(rf"(b) $\omega_{{ref}}$ = {below:g} rad/s")
     fold = float(fold_speed(rig, Friction(force)))
     return Picture(
         figure,
         "(a) Torsional vibration map by the Hurwitz criterion: left of the curve of critical speeds the rig vibrates, "
         f"right of it steady rotation is stable. (b) Speed of disc 1 at the two points marked in (a), from rest, "
-        f"N_1 = 0 N until {on:g} s and {force:g} N from then on: it vibrates at 2 rad/s and does not at 4 rad/s. A "
-        f"larger disturbance could still bring stick-slip at 4 rad/s, below the fold at {fold:.3f} rad/s: see the "
-        "picture of the bistable region.",
+        f"N_1 = 0 N until {on:g} s and {force:g} N from then on"
+        + only_for_the_chapters(
+            rig,
+            ": it vibrates at 2 rad/s and does not at 4 rad/s, where a larger disturbance could still bring stick-slip",
+        )
+        + f"; the fold, above which there is no stick-slip, is at {fold:.3f} rad/s: see the picture of the bistable "
+        "region.",
     )
 
 
-def _draw_zones(axes: Axes, border: FloatArray, forces: npt.NDArray[np.float64]) -> None:
+def _draw_zones(axes: Axes, border: FloatArray, forces: npt.NDArray[np.float64], reach: float) -> None:
     axes.fill_betweenx(forces, 0.0, border, color=VERMILLION, alpha=0.14, lw=0.0)
     axes.plot(border, forces, color=DARK, lw=1.6)
-    axes.text(0.27, 31.0, "torsional\nvibrations", ha="left")
-    axes.text(3.2, 8.0, "no vibration:\nstable\nequilibria", ha="left")
-    axes.set_xlim(0.0, 5.0)
+    axes.text(0.27 * reach, 31.0, "torsional\nvibrations", ha="left")
+    axes.text(3.2 * reach, 8.0, "no vibration:\nstable\nequilibria", ha="left")
+    axes.set_xlim(0.0, 5.0 * reach)
     axes.set_ylim(0.0, 40.0)
     axes.set_xlabel(SPEED_REFERENCE)
     axes.set_ylabel(r"normal force $N_1$, N")

@@ -19,13 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.extras import missing
 
 try:
     from matplotlib import rc_context
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("figures need Matplotlib; install it with: pip install 'drillrig[plot]'") from error
+    raise missing("a figure", "Matplotlib", "plot") from error
 
 BLUE, VERMILLION, GREEN, PURPLE, DARK, GREY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "0.1", "0.45"
 STABLE: dict[str, Any] = {"color": BLUE, "ls": "-", "lw": 1.6}

@@ -10,31 +10,26 @@ and why. Run it again after any change of the model, the rig's parameters or the
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from drillrig_env.command_line import Parser, command
 from drillrig_env.validation.page import page
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+@command
+def main(arguments: Sequence[str] | None = None) -> int:
     """Parse the command line, then print or write the page."""
-    parser = argparse.ArgumentParser(
-        prog="python -m drillrig_env.validation",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = Parser(prog="python -m drillrig_env.validation", description=__doc__)
     parser.add_argument("--output", type=Path, metavar="FILE.md", help="write the page there (default: print it)")
     output: Path | None = parser.parse_args(arguments).output
     if output is None:
         print(page(), end="")
-        return
-    try:
-        output.write_text(page(), encoding="utf-8")
-    except OSError as error:
-        parser.error(str(error))
+        return 0
+    output.write_text(page(), encoding="utf-8")
     print(output.resolve())
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

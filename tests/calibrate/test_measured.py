@@ -190,7 +190,7 @@ def test_command_line_ends_with_2_and_names_what_is_wrong(path, capsys, monkeypa
     with pytest.raises(SystemExit) as caught:
         main(["run.csv", *ON_THE_COMMAND_LINE, *changes])
     assert caught.value.code == 2
-    message = capsys.readouterr().err.splitlines()[-1]
+    message = capsys.readouterr().err.splitlines()[0]
     for word in words:
         assert word in message
     assert path.read_bytes() == before

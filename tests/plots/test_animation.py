@@ -43,23 +43,32 @@ def test_impossible_values_end_with_a_message_that_names_them(tmp_path, capsys):
     assert "speed_target = 12" in capsys.readouterr().err
 
 
+def test_a_rig_of_ones_own_is_filmed():
+    first = next(iter(frames(Film(every=50))))
+    own = next(iter(frames(Film(every=50, rig={"k_1": 0.5}))))
+    assert np.any(first != own)
+    with pytest.raises(ValueError, match=r"Film: rig: rig: unknown key K_1 = 0\.5; did you mean"):
+        Film(rig={"K_1": 0.5})
+
+
 @pytest.mark.parametrize("value", ["0", "-1"])
 @pytest.mark.parametrize("name", ["--every", "--speed-up", "--width"])
 def test_a_film_needs_positive_numbers(name, value, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["--output", str(tmp_path / "none.gif"), name, value])
-    assert "allowed: >= 1" in capsys.readouterr().err
+    assert "allowed: whole, >= 1" in capsys.readouterr().err
 
 
-def test_without_pillow_the_error_says_what_to_install(monkeypatch, tmp_path):
+def test_without_pillow_the_error_says_what_to_install(monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "PIL", None)
-    with pytest.raises(ImportError, match=r"pip install 'drillrig\[render\]'"):
+    with pytest.raises(SystemExit):
         main(["--output", str(tmp_path / "none.gif"), *SHORT])
+    assert "pip install '.[render]'" in capsys.readouterr().err
 
 
 def test_the_help_teaches(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
     text = capsys.readouterr().out
-    assert "python -m drillrig_env.plots.animation --output docs/images/stick_slip.gif" in text
-    assert "pip install 'drillrig[render]'" in text
+    assert "drillrig animate --output docs/images/stick_slip.gif" in text
+    assert "pip install '.[render]'" in text

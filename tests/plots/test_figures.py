@@ -168,13 +168,13 @@ def test_command_line_refuses_a_wrong_name_before_it_draws(tmp_path, capsys):
 
 
 def test_interruption_keeps_what_is_written(tmp_path, capsys, monkeypatch):
-    def interrupt():
+    def interrupt(rig):
         raise KeyboardInterrupt
 
     monkeypatch.setitem(FIGURES, "4.10", interrupt)
     assert main(["--only", "4.1", "4.10", "--format", "png", "--output", str(tmp_path)]) == 130
     assert sorted(path.name for path in tmp_path.iterdir()) == ["4.1.png", "captions.md"]
-    assert "written so far: 4.1" in capsys.readouterr().out
+    assert "stopped by Ctrl-C; written so far: 4.1" in capsys.readouterr().err
 
 
 def without(monkeypatch, package):
@@ -192,12 +192,35 @@ def test_missing_matplotlib_says_what_to_install(monkeypatch):
     style = sys.modules["drillrig_env.plots.style"]
     monkeypatch.delitem(sys.modules, "drillrig_env.plots.style")
     without(monkeypatch, "matplotlib")
-    with pytest.raises(ImportError, match=r"pip install 'drillrig\[plot\]'"):
+    with pytest.raises(ImportError, match=r"pip install '\.\[plot\]'"):
         importlib.import_module(style.__name__)
 
 
-def test_missing_progress_bar_says_what_to_install(monkeypatch, capsys, tmp_path):
-    without(monkeypatch, "rich")
-    with pytest.raises(SystemExit):
-        main(["--only", "4.1", "--output", str(tmp_path)])
-    assert "pip install 'drillrig[agents]'" in capsys.readouterr().err
+def test_every_figure_is_drawn_for_a_rig_of_ones_own_and_says_in_what_it_differs():
+    rig = Rig(k_1=0.9, J_1=0.04)
+    for name in FIGURES:
+        own, chapter = draw(name, rig), draw(name)
+        assert "For a rig with J_1 = 0.04 kg m^2, k_1 = 0.9 N m/rad: " in own.caption
+        assert "For a rig" not in chapter.caption
+        assert "the chapter prints" not in own.caption
+    fold = float(fold_speed(rig, Friction(10.0)))
+    assert f"{fold:.3f} rad/s" in draw("4.12", {"k_1": 0.9, "J_1": 0.04}).caption
+
+
+def test_a_rig_without_stick_slip_has_the_figures_that_it_can_have(tmp_path, capsys):
+    Rig(r_1=1e-3).to_toml(tmp_path / "weak.toml")
+    arguments = ["--only", "4.1", "4.12", "--format", "svg", "--output", str(tmp_path / "own")]
+    assert main([*arguments, "--rig", str(tmp_path / "weak.toml")]) == 1
+    said = capsys.readouterr()
+    assert "figure 4.12 is left out: this rig has no stick-slip at 10 N" in said.err
+    assert said.out.startswith("4.1 and captions.md")
+    assert not (tmp_path / "own" / "4.12.svg").exists()
+
+
+def test_a_rig_file_that_is_wrong_is_named_before_anything_is_drawn(tmp_path, capsys):
+    (tmp_path / "rig.toml").write_text("[rig]\nbase = 'chapter'\nk1 = 0.9\n")
+    with pytest.raises(SystemExit) as refusal:
+        main(["--rig", str(tmp_path / "rig.toml"), "--output", str(tmp_path / "own")])
+    assert refusal.value.code == 2
+    assert "unknown key k1 = 0.9; did you mean k_1?" in capsys.readouterr().err
+    assert not (tmp_path / "own").exists()

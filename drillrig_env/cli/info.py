@@ -1,0 +1,98 @@
+"""Show a rig in numbers: its parameters, and what follows from them at a normal force.
+
+  drillrig info                                         # the chapter's rig at 10 N
+  drillrig info --rig my_rig.toml --normal-force 20
+  drillrig info --write my_rig.toml --write-friction my_friction.toml   # the chapter's, to edit
+
+Below the critical speed omega_c steady rotation is unstable: the rig will stick and slip. Above the fold
+there is no stick-slip. Between them both are stable, and what the rig does depends on what it did before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+
+from drillrig_env.allowed import NOT_NEGATIVE, POSITIVE, File
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import add_friction_argument, add_rig_argument, of_kind
+from drillrig_env.friction import Friction
+from drillrig_env.rig import Rig
+
+
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "drillrig info") -> int:
+    """Parse the command line, then write files or print what is known of the rig."""
+    parser = Parser(prog=prog, description=__doc__)
+    add = parser.add_argument
+    add_rig_argument(parser)
+    add_friction_argument(parser)
+    add("--normal-force", type=of_kind(NOT_NEGATIVE, "N"), metavar="N", help="in place of the friction's own")
+    add("--speed-reference", type=of_kind(POSITIVE, "rad/s"), metavar="RAD/S", help="also the orbit at this speed")
+    add("--write", type=of_kind(File()), metavar="FILE", help="write the rig as a TOML file, and print nothing else")
+    add("--write-friction", type=of_kind(File()), metavar="FILE", help="write the friction in the same way")
+    options = parser.parse_args(arguments)
+    rig, friction = Rig.of(options.rig), Friction.of(options.friction)
+    if options.normal_force is not None:
+        friction = replace(friction, normal_force=options.normal_force)
+    if options.write or options.write_friction:
+        wanted: list[tuple[Rig | Friction, Path | None]] = [(rig, options.write), (friction, options.write_friction)]
+        for _, path in wanted:
+            if path and path.exists():
+                parser.error(f"{path} is there already, and nothing is written over it")
+        for record, path in wanted:
+            if path:
+                record.to_toml(path)
+                print(path.resolve())
+        return 0
+    print(rig.describe(), "", friction.describe(), "", *_derived(rig, friction), sep="\n")
+    if options.speed_reference is not None:
+        print("", *_orbit(rig, friction, options.speed_reference), sep="\n")
+    return 0
+
+
+def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
+    """What follows from the parameters, a line each: name, value, unit, meaning."""
+    from drillrig_env.stability import critical_slope, critical_speed, fold_speed
+
+    low, high = rig.string_frequencies
+    yield _line("f_1, f_2", f"{low:.3f}, {high:.3f}", "Hz", "frequencies of the string, the top held still")
+    yield _line("1/f_1, 1/f_2", f"{1 / low:.3f}, {1 / high:.3f}", "s", "its periods")
+    yield _line("impedance", f"{rig.impedance:.4f}", "N m s/rad", "of the string, for torque laws at the top")
+    slope = critical_slope(rig)
+    yield _line("slope_min", f"{slope:.5f}", "N m s/rad", "the steepest fall of friction that leaves rotation stable")
+    speed = float(critical_speed(rig, friction))
+    about = "critical speed: below it steady rotation is unstable" if isfinite(speed) else "no speed is stable"
+    yield _line("omega_c", f"{speed:.3f}", "rad/s", about)
+    try:
+        fold = float(fold_speed(rig, friction))
+    except ValueError as error:
+        yield _line("fold", "?", "rad/s", str(error))
+        return
+    if isfinite(fold):
+        yield _line(
+            "fold", f"{fold:.3f}", "rad/s", "above it there is no stick-slip; from omega_c to here both are stable"
+        )
+    else:
+        yield _line("fold", "none", "", "friction is too weak for stick-slip")
+
+
+def _orbit(rig: Rig, friction: Friction, speed_reference: float) -> Iterator[str]:
+    """The stick-slip of the rig at a speed reference, a line for each of its numbers."""
+    from drillrig_env.stability import NoOrbitError, stick_slip_orbit
+
+    try:
+        orbit = stick_slip_orbit(rig, friction, speed_reference)
+    except NoOrbitError as error:
+        yield f"at {speed_reference:g} rad/s: {error}"
+        return
+    yield f"stick-slip at {speed_reference:g} rad/s:"
+    yield _line("period", f"{orbit.period:.3f}", "s", "of the orbit")
+    yield _line("stuck", f"{orbit.stuck:.3f}", "", "share of the period in which the bit stands still")
+    yield _line("highest", f"{orbit.highest[0].max():.3f}", "rad/s", "largest bit speed")
+
+
+def _line(name: str, value: str, unit: str, meaning: str) -> str:
+    return f"{name:<13} {value:<14} {unit:<10} {meaning}".rstrip()

@@ -1,0 +1,97 @@
+"""Run a rig in time, and say how it ends: calm, or in stick-slip.
+
+  drillrig simulate --speed-reference 2.5 --normal-force 20
+  drillrig simulate --speed-reference 0:2 50:3.5 --normal-force 0:0 10:20 --duration 100 --picture run.png
+  drillrig simulate --rig my_rig.toml --csv run.csv
+
+What changes with time is given as time:value pairs: 0:2 50:3.5 is 2 from the start and 3.5 from 50 s on. The CSV
+file has a column for every signal, in SI units: time, the seven states, the inputs, voltage and torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from drillrig_env.allowed import POSITIVE, File
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
+
+if TYPE_CHECKING:
+    from drillrig_env.simulation import Simulation
+
+_PICTURES = (".png", ".svg", ".pdf")
+_WINDOW = 10.0  # s at the end, over which the run is judged
+
+
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate") -> int:
+    """Parse the command line, simulate, print how the run ends, and write what is asked for."""
+    parser = Parser(prog=prog, description=__doc__)
+    add = parser.add_argument
+    add_rig_argument(parser)
+    add_friction_argument(parser)
+    add_schedule_argument(parser, "--speed-reference", "rad/s", "of the drive (default: 2)", default=[(0.0, 2.0)])
+    add_schedule_argument(parser, "--normal-force", "N", "in place of the friction's own (the chapter's: 10)")
+    add("--duration", type=of_kind(POSITIVE, "s"), default=60.0, metavar="S", help="length of the run (default: 60)")
+    add("--sample-period", type=of_kind(POSITIVE, "s"), default=0.01, metavar="S", help="(default: 0.01)")
+    add("--csv", type=of_kind(File()), metavar="FILE", help="write every signal there")
+    add("--picture", type=of_kind(File()), metavar="FILE", help=f"draw the run; {', '.join(_PICTURES)}")
+    options = parser.parse_args(arguments)
+    if options.picture and options.picture.suffix not in _PICTURES:
+        parser.error(f"--picture {options.picture} is not allowed; allowed: a name that ends in {', '.join(_PICTURES)}")
+
+    from drillrig_env.simulation import simulate
+
+    try:
+        run = simulate(
+            options.rig,
+            options.friction,
+            speed_reference=options.speed_reference,
+            normal_force=options.normal_force,
+            duration=options.duration,
+            sample_period=options.sample_period,
+        )
+    except ValueError as error:
+        parser.error(str(error))
+    print(_ending(run))
+    if options.csv:
+        _write_csv(run, options.csv)
+        print(f"signals: {options.csv.resolve()}")
+    if options.picture:
+        try:
+            from drillrig_env.plots.run import save_run
+        except ImportError as error:
+            parser.error(str(error))
+        options.picture.parent.mkdir(parents=True, exist_ok=True)
+        save_run(run, options.picture)
+        print(f"picture: {options.picture.resolve()}")
+    return 0
+
+
+def _ending(run: Simulation) -> str:
+    """What the bit did over the end of the run, and what the stability analysis says of the rig there."""
+    from drillrig_env.stability import critical_speed
+    from drillrig_env.verdict import is_calm, stick_slip_index
+
+    last = run.time >= run.time[-1] - _WINDOW
+    speed = run.bit_speed[last]
+    low, high, mean = float(speed.min()), float(speed.max()), float(speed.mean())
+    pressed = replace(run.friction, normal_force=float(run.normal_force[-1]))
+    steady = float(critical_speed(run.rig, pressed))
+    verdict = "calm" if is_calm(low, high, mean) else "not calm"
+    return (
+        f"last {min(_WINDOW, run.time[-1]):g} s: {verdict}; bit speed {low:.3f} to {high:.3f} rad/s, mean {mean:.3f}, "
+        f"stick-slip index {float(stick_slip_index(low, high, mean)):.3f}\n"
+        f"critical speed at N_1 = {pressed.normal_force:g} N: {steady:.3f} rad/s"
+    )
+
+
+def _write_csv(run: Simulation, path: Path) -> None:
+    import numpy as np
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    signals = run.signals()
+    np.savetxt(path, np.column_stack(list(signals.values())), "%.10g", ",", header=",".join(signals), comments="")

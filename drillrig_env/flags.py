@@ -1,0 +1,108 @@
+"""Flags that commands share: a rig, a friction, a schedule; and flags that are made from documented fields."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable
+from dataclasses import MISSING, fields
+from typing import Any
+
+from drillrig_env.allowed import Kind, Made, Switch
+from drillrig_env.parameters import default_of
+
+
+def add_rig_argument(parser: argparse._ActionsContainer) -> None:
+    """Add `--rig FILE`: the option `rig` is the rig that the file describes, None without the flag.
+
+    `drillrig info --write FILE` writes a file to begin from. A file that cannot be read or holds what is not allowed
+    is a bad argument.
+    """
+    from drillrig_env.rig import Rig
+
+    parser.add_argument(
+        "--rig",
+        type=_reader(Rig.of),
+        metavar="FILE",
+        help="a rig of your own, a TOML file with the table [rig] (default: the chapter's; "
+        "`drillrig info --write FILE` writes one to begin from)",
+    )
+
+
+def add_friction_argument(parser: argparse._ActionsContainer) -> None:
+    """Add `--friction FILE`: the option `friction` is what the file describes, None without the flag."""
+    from drillrig_env.friction import Friction
+
+    parser.add_argument(
+        "--friction",
+        type=_reader(Friction.of),
+        metavar="FILE",
+        help="a friction of your own, a TOML file with the table [friction] (default: the chapter's)",
+    )
+
+
+def add_schedule_argument(
+    parser: argparse._ActionsContainer, flag: str, unit: str, about: str, **settings: Any
+) -> None:
+    """Add a flag for what changes with time: a number, or `time:value` pairs (s, `unit`), as `simulate` takes them."""
+    parser.add_argument(flag, nargs="+", type=step, metavar=unit.upper(), help=about, **settings)
+
+
+def step(text: str) -> tuple[float, float]:
+    """One step of a schedule, "time:value" as (time in s, value); a value alone counts from 0 s on."""
+    time, _, value = text.rpartition(":")
+    try:
+        return float(time or 0), float(value)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not allowed; allowed: a number, or time:value") from None
+
+
+def of_kind(kind: Kind, unit: str = "") -> Callable[[str], Any]:
+    """What `add_argument(type=...)` takes for a kind of value; what is not allowed becomes one sentence."""
+
+    def read(text: str) -> Any:
+        try:
+            return kind.parse(text)
+        except ValueError as error:
+            allowed = f"{kind} {unit}".rstrip()
+            sentence = str(error) if isinstance(kind, Made) else f"{text!r} is not allowed; allowed: {allowed}"
+            raise argparse.ArgumentTypeError(sentence) from None
+
+    return read
+
+
+def add_fields(parser: argparse._ActionsContainer, record: type, skip: Iterable[str] = ()) -> None:
+    """Add a flag for every field of a record, `--speed-target` for `speed_target`, with its meaning as help.
+
+    What is not given does not show in the options; `given_fields` collects what is.
+    """
+    for item in fields(record):
+        if item.name in skip:
+            continue
+        meta, default = item.metadata, default_of(item)
+        shown = meta["none"] if default is None else default
+        unit = f" {meta['unit']}" if meta["unit"] else ""
+        settings: dict[str, Any] = {"dest": item.name, "default": argparse.SUPPRESS}
+        settings["help"] = meta["meaning"] + ("" if default is MISSING else f" (default: {shown}{unit})")
+        if isinstance(meta["allowed"], Switch):
+            settings["action"] = argparse.BooleanOptionalAction
+        else:
+            settings["type"] = of_kind(meta["allowed"], meta["unit"])
+            settings["metavar"] = (meta["unit"] or item.name).upper()
+        parser.add_argument(f"--{item.name.replace('_', '-')}", **settings)
+
+
+def given_fields(options: argparse.Namespace, record: type) -> dict[str, Any]:
+    """The fields of a record that the command line gives, by name."""
+    return {item.name: getattr(options, item.name) for item in fields(record) if hasattr(options, item.name)}
+
+
+def _reader(read: Callable[[str], Any]) -> Callable[[str], Any]:
+    """`read`, which reads a file, as `add_argument(type=...)` takes it."""
+
+    def reader(path: str) -> Any:
+        try:
+            return read(path)
+        except (ValueError, OSError) as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return reader

@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+from drillrig_env import Rig, simulate
+from drillrig_env.cli.simulate import main
+
+
+def test_signals_are_those_of_simulate(tmp_path, capsys):
+    Rig(k_1=0.9).to_toml(tmp_path / "rig.toml")
+    path = tmp_path / "new" / "run.csv"
+    words = ["--rig", str(tmp_path / "rig.toml"), "--speed-reference", "0:2", "1:3", "--normal-force", "20"]
+    assert main([*words, "--duration", "2", "--csv", str(path)]) == 0
+    run = simulate({"k_1": 0.9}, speed_reference=[(0, 2.0), (1, 3.0)], normal_force=20.0, duration=2.0)
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    assert list(table.dtype.names) == list(run.signals())
+    for name, values in run.signals().items():
+        np.testing.assert_allclose(table[name], values, rtol=1e-9, atol=1e-12)
+    assert str(path) in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("speed", "verdict"), [("1.5", "not calm"), ("4", "calm")])
+def test_summary_tells_stick_slip_from_calm_rotation(speed, verdict, capsys):
+    assert main(["--speed-reference", speed, "--duration", "60", "--normal-force", "0:0", "40:10"]) == 0
+    said = capsys.readouterr().out
+    assert f"last 10 s: {verdict}; " in said
+    assert "critical speed at N_1 = 10 N: 1.99" in said
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_picture_is_drawn(suffix, tmp_path):
+    pytest.importorskip("matplotlib", reason="pictures need the extra `plot`")
+    path = tmp_path / f"run.{suffix}"
+    assert main(["--duration", "5", "--picture", str(path)]) == 0
+    assert path.stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--duration", "0"], "argument --duration: '0' is not allowed; allowed: > 0 s"),
+        (["--duration", "inf"], "argument --duration: 'inf' is not allowed; allowed: > 0 s"),
+        (
+            ["--speed-reference", "fast"],
+            "argument --speed-reference: 'fast' is not allowed; allowed: a number",
+        ),
+        (["--speed-reference", "-1"], "speed_reference = -1.0 rad/s is not allowed; allowed: >= 0 rad/s"),
+        (["--normal-force", "5:3"], "first time of normal_force = 5.0 s is not allowed"),
+        (["--picture", "run.gif"], "--picture run.gif is not allowed; allowed: a name that ends in .png"),
+        (["--friction", "nosuch.toml"], "argument --friction: friction: there is no file nosuch.toml"),
+        (["--rigs", "3"], "unknown argument --rigs; did you mean --rig?"),
+    ],
+)
+def test_what_is_not_allowed_is_refused_in_a_sentence(words, said, capsys):
+    with pytest.raises(SystemExit) as end:
+        main(words)
+    assert end.value.code == 2
+    error = capsys.readouterr().err
+    assert error.startswith("drillrig simulate: error: ")
+    assert said in error
+
+
+def test_a_file_that_cannot_be_written_ends_with_code_1(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["--duration", "1", "--csv", str(tmp_path / "file" / "run.csv")]) == 1
+    assert "error: " in capsys.readouterr().err

@@ -1,0 +1,67 @@
+import argparse
+from dataclasses import dataclass
+
+import pytest
+
+from drillrig_env.allowed import COUNT, POSITIVE, Choice, Made, Span, Switch
+from drillrig_env.command_line import Parser
+from drillrig_env.flags import add_fields, add_rig_argument, given_fields, step
+from drillrig_env.parameters import check_fields, parameter
+from drillrig_env.rig import Rig
+
+
+@dataclass(frozen=True)
+class Settings:
+    speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "range of targets", allowed=Span(POSITIVE))
+    shape: str = parameter("square", "", "shape of the penalty", allowed=Choice(("square", "absolute")))
+    loud: bool = parameter(False, "", "whether progress is shown", allowed=Switch())
+    rigs: int | None = parameter(None, "", "rigs at once", allowed=COUNT, none="as many as fit")
+    rig: Rig = parameter(meaning="the rig", factory=Rig, allowed=Made(Rig.of, "a file"))
+
+    def __post_init__(self):
+        check_fields(self)
+
+
+@pytest.fixture
+def parser():
+    made = Parser(prog="drillrig try")
+    add_fields(made, Settings, skip=["rig"])
+    add_rig_argument(made)
+    return made
+
+
+def test_only_what_is_given_is_collected(parser):
+    assert given_fields(parser.parse_args([]), Settings) == {"rig": None}
+    given = given_fields(parser.parse_args(["--speed-target", "2:3", "--loud", "--rigs", "7"]), Settings)
+    assert given == {"speed_target": (2.0, 3.0), "loud": True, "rigs": 7, "rig": None}
+    assert Settings(**given).rig == Rig()
+
+
+def test_help_shows_meaning_unit_and_default_of_every_field(parser):
+    text = parser.format_help()
+    assert "range of targets (default: (1.0, 5.0) rad/s)" in " ".join(text.split())
+    assert "rigs at once (default: as many as fit)" in " ".join(text.split())
+    assert "--no-loud" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--speed-target", "3:2"], "argument --speed-target: '3:2' is not allowed; allowed: (low, high)"),
+        (["--shape", "cube"], "argument --shape: 'cube' is not allowed; allowed: 'square' or 'absolute'"),
+        (["--rigs", "1.5"], "argument --rigs: '1.5' is not allowed; allowed: whole, >= 1"),
+        (["--rig", "nosuch.toml"], "argument --rig: rig: there is no file nosuch.toml"),
+    ],
+)
+def test_what_is_not_allowed_ends_with_a_sentence(parser, words, said, capsys):
+    with pytest.raises(SystemExit) as end:
+        parser.parse_args(words)
+    assert end.value.code == 2
+    assert said in capsys.readouterr().err
+
+
+def test_steps_of_a_schedule():
+    assert step("3") == (0.0, 3.0)
+    assert step("50:3.5") == (50.0, 3.5)
+    with pytest.raises(argparse.ArgumentTypeError, match="time:value"):
+        step("now")
