@@ -5,8 +5,9 @@ import pytest
 
 from drillrig_env import Friction, Rig, simulate
 from drillrig_env.model import jacobian, state_equations
-from drillrig_env.stability import critical_slope, critical_speed, equilibria, hopf_points, slipping_orbit
+from drillrig_env.stability import critical_slope, critical_speed, equilibria, hopf_points
 from drillrig_env.stability.equilibria import HopfPoint
+from drillrig_env.stability.slipping_orbits import slipping_orbits
 
 RIGS = [Rig(), Rig(k_p=1.5, d_1=0.03, J_1=0.04)]
 
@@ -18,15 +19,14 @@ def test_lyapunov_coefficient_gives_the_swing_of_the_orbits_near_the_hopf_point(
 
     The orbits come from harmonic balance, which knows nothing of normal forms; q is the unit eigenvector.
     """
-    friction = Friction(20.0, v_b=v_b)
-    point = hopf_points(rig, friction)[1]
+    point = hopf_points(rig, Friction(20.0, v_b=v_b))[1]
     values, modes = np.linalg.eig(jacobian(rig, critical_slope(rig)))
     pair = int(np.argmin(np.abs(values - 1j * point.frequency)))
-    for beyond in (1e-3, 2e-3):
-        square = -point.crossing_speed * beyond / (point.frequency * point.lyapunov_coefficient)
-        orbit = slipping_orbit(rig, friction, point.speed_reference + beyond)
-        swing = 0.5 * (orbit.highest[0] - orbit.lowest[0])
-        assert 2.0 * np.sqrt(square) * abs(modes[2, pair]) == pytest.approx(swing, rel=0.01)
+    wave, _, log_gain = slipping_orbits(rig).orbit(0.02)
+    beyond = (np.log(-critical_slope(rig)) - log_gain) / v_b  # omega_ref - omega_c
+    square = -point.crossing_speed * beyond / (point.frequency * point.lyapunov_coefficient)
+    swing = 2.0 * np.abs(np.fft.rfft(wave)[1]) / len(wave) / v_b  # of the first harmonic
+    assert 2.0 * np.sqrt(square) * abs(modes[2, pair]) == pytest.approx(swing, rel=1e-4)
 
 
 def test_lyapunov_coefficient_scales_with_the_square_of_the_decay_factor():

@@ -4,7 +4,15 @@ import pytest
 from drillrig_env import Friction, Rig, simulate
 from drillrig_env.model import steady_state
 from drillrig_env.stability import critical_speed, fold_speed
-from drillrig_env.stability.vibration_map import BISTABLE, CALM, VIBRATING, load_step_margin, region_map, simulated_map
+from drillrig_env.stability.vibration_map import (
+    BISTABLE,
+    CALM,
+    VIBRATING,
+    load_step_margin,
+    region_map,
+    simulated_map,
+    vibrates,
+)
 
 RIG = Rig()
 
@@ -42,3 +50,35 @@ def test_impossible_grids_are_refused():
         simulated_map(RIG, Friction(), np.array([1.0]), np.array([0.0]))
     with pytest.raises(ValueError, match="largest_step = -1"):
         load_step_margin(RIG, Friction(), np.array([1.0]), np.array([1.0]), largest_step=-1.0)
+
+
+def test_margin_is_found_to_a_256th_of_the_largest_step():
+    margins = load_step_margin(RIG, Friction(), np.linspace(2.4, 4.0, 6), np.array([5.0]), largest_step=25.6)[0]
+    tenths = margins / 0.1
+    np.testing.assert_allclose(tenths, np.round(tenths), atol=1e-9)
+    assert np.any(np.round(tenths) % 2 == 1)
+
+
+@pytest.mark.parametrize(("speed", "nudge", "shakes"), [(3.2, 0.01, False), (2.6, 0.0, False), (2.6, 0.01, True)])
+def test_vibrates_sees_what_grows_from_unstable_rotation(speed, nudge, shakes):
+    """Just below the critical speed, 2.688 rad/s at 20 N, a nudge grows slowly: after 50 s it still looks calm."""
+    state = steady_state(RIG, Friction(20.0), speed)
+    state[2] += nudge
+    found = vibrates(RIG, Friction(20.0), np.array([speed]), state[None], 50.0)
+    assert found.tolist() == [shakes]
+    run = simulate(None, Friction(20.0), state, speed, duration=50.0)
+    assert np.ptp(run.bit_speed[-1000:]) < 0.2 * speed
+
+
+def test_vibrates_needs_time_to_tell():
+    with pytest.raises(ValueError, match=r"duration = 40.0 s .*> 40"):
+        vibrates(RIG, Friction(20.0), np.array([3.0]), steady_state(RIG, Friction(20.0), 3.0)[None], 40.0)
+
+
+def test_rows_are_forces_and_columns_speeds():
+    speeds, forces = np.array([1.0, 6.0, 7.0]), np.array([2.0, 30.0])
+    for made in (region_map, simulated_map):
+        found = made(RIG, Friction(), speeds, forces)
+        assert found.region.tolist() == [[CALM, CALM, CALM], [VIBRATING, BISTABLE, CALM]]
+        np.testing.assert_array_equal(found.speed_reference, speeds)
+        np.testing.assert_array_equal(found.normal_force, forces)

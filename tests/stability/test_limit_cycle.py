@@ -1,0 +1,86 @@
+"""What an orbit tells of itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Rig
+from drillrig_env.stability import critical_speed, fold_speed, slipping_orbit, stick_slip_orbit
+from drillrig_env.stability.limit_cycle import NoOrbitError
+from drillrig_env.stability.return_map import flow
+
+RIG = Rig()
+STICKING = stick_slip_orbit(RIG, Friction(20.0), 2.0)
+
+
+@pytest.mark.parametrize(
+    ("multipliers", "stable"),
+    [
+        ([1.0, 0.9, -0.5], True),
+        ([1.0001, 0.99, 0.1], True),  # the trivial one is 1 but for rounding
+        ([1.2, 1.0, 0.1], False),
+        ([1.0, -1.01, 0.1], False),
+        ([1.0, 0.8 + 0.7j, 0.8 - 0.7j], False),
+    ],
+)
+def test_stable_is_every_multiplier_but_the_trivial_one_inside_the_unit_circle(multipliers, stable):
+    assert replace(STICKING, multipliers=np.array(multipliers, dtype=complex)).stable == stable
+
+
+def test_state_lies_on_the_section_and_the_trajectory_closes():
+    assert STICKING.state[2] == pytest.approx(2.0, abs=1e-9)
+    time, states = STICKING.trajectory(300)
+    assert time.shape == (301,)
+    assert states.shape == (301, 7)
+    assert time[-1] == pytest.approx(STICKING.period)
+    np.testing.assert_allclose(states[-1], states[0], atol=1e-5)
+    np.testing.assert_allclose(flow(RIG, Friction(20.0), 2.0, states[:1], float(time[100]))[0], states[100], atol=1e-6)
+    assert states[1, 2] > states[0, 2]  # the bit speeds up there
+    few, _ = STICKING.trajectory(10)  # steps longer than the stepper takes at once
+    assert few[-1] == pytest.approx(STICKING.period)
+
+
+def test_extremes_and_stuck_share_are_those_of_the_trajectory():
+    _, states = STICKING.trajectory(4000)
+    np.testing.assert_allclose(STICKING.highest, states[:, 2:6].max(axis=0), atol=1e-4)
+    np.testing.assert_allclose(STICKING.lowest, states[:, 2:6].min(axis=0), atol=1e-3)
+    assert STICKING.stuck == pytest.approx(np.mean(np.abs(states[:-1, 2]) < RIG.omega_s), abs=2e-3)
+
+
+def test_multipliers_are_of_falling_size_and_multiply_what_the_flow_does_to_a_small_step():
+    orbit = slipping_orbit(RIG, Friction(10.0), 2.4)
+    sizes = np.abs(orbit.multipliers)
+    assert np.all(np.diff(sizes) <= 0)
+    step = 1e-5 * np.random.default_rng(0).normal(size=7)
+    for _ in range(20):  # a step turns into the direction that grows most
+        moved = flow(RIG, Friction(10.0), orbit.speed_reference, (orbit.state + step)[None], orbit.period)[0]
+        growth = np.linalg.norm(moved - orbit.state) / np.linalg.norm(step)
+        step = (moved - orbit.state) * 1e-5 / np.linalg.norm(moved - orbit.state)
+    assert growth == pytest.approx(sizes[0], rel=0.02)
+
+
+def test_guess_leads_to_the_same_orbit_in_any_state_near_it():
+    again = stick_slip_orbit(RIG, Friction(20.0), 2.0, STICKING.state + 1e-3)
+    assert again.period == pytest.approx(STICKING.period, abs=1e-6)
+    np.testing.assert_allclose(again.state, STICKING.state, atol=1e-5)
+
+
+def test_slipping_orbit_exists_up_to_the_fold_and_not_at_the_critical_speed():
+    border, fold = critical_speed(RIG, Friction(20.0)), fold_speed(RIG, Friction(20.0))
+    assert slipping_orbit(RIG, Friction(20.0), fold).lowest[0] == pytest.approx(RIG.omega_s, abs=2e-3)
+    assert slipping_orbit(RIG, Friction(20.0), border + 1e-4).lowest[0] > border - 0.1
+    for speed in (border, fold + 1e-6):
+        with pytest.raises(NoOrbitError, match="p2: no orbit at"):
+            slipping_orbit(RIG, Friction(20.0), speed)
+    with pytest.raises(ValueError, match=r"speed_reference = 0\.0 rad/s"):
+        slipping_orbit(RIG, Friction(20.0), 0.0)
+
+
+def test_collars_under_a_torque_of_their_own_leave_the_orbit_the_same_but_for_twist_and_current():
+    """T_r2 is constant and adds to what the lower shaft carries: speeds do not know of it."""
+    loaded = slipping_orbit(Rig(T_r2=0.2), Friction(20.0), 3.0)
+    plain = slipping_orbit(RIG, Friction(20.0), 3.0)
+    assert loaded.period == pytest.approx(plain.period, abs=1e-6)
+    np.testing.assert_allclose(loaded.lowest[:3], plain.lowest[:3], atol=1e-4)
+    assert loaded.lowest[3] - plain.lowest[3] == pytest.approx(0.2 / (RIG.eta * RIG.K_T), abs=1e-3)

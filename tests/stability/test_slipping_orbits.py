@@ -1,0 +1,89 @@
+"""The family of slipping orbits: where it begins, that its members obey the rig, and the inverses taken of it."""
+
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Rig
+from drillrig_env.model import jacobian
+from drillrig_env.stability import critical_slope, hopf_points
+from drillrig_env.stability.slipping_orbits import HarmonicBalance, slipping_orbits
+
+RIG = Rig()
+FAMILY = slipping_orbits(RIG)
+
+
+def test_family_begins_at_the_hopf_point():
+    point = hopf_points(RIG, Friction(10.0))[1]
+    assert FAMILY.depth[0] == 0.0
+    assert FAMILY.log_gain[0] == pytest.approx(np.log(-critical_slope(RIG)), abs=1e-12)
+    assert FAMILY.frequency[0] == pytest.approx(point.frequency, abs=1e-6)
+    assert FAMILY.guess(1e-6) == pytest.approx([FAMILY.log_gain[0], FAMILY.frequency[0]], abs=1e-4)
+
+
+def test_family_is_followed_to_its_depth_and_no_further():
+    assert FAMILY.depth[-1] == 12.0
+    assert np.all(np.diff(FAMILY.depth) > 0)
+    assert slipping_orbits(RIG, 2.0).depth[-1] == 2.0
+    assert len({len(x) for x in (FAMILY.depth, FAMILY.log_gain, FAMILY.frequency, FAMILY.waves)}) == 1
+    for depth, wave in zip(FAMILY.depth[1:], FAMILY.waves[1:], strict=True):
+        assert wave.min() == pytest.approx(wave[0]) == pytest.approx(-depth)
+
+
+@pytest.mark.parametrize("depth", [0.3, 2.0, 6.0])
+def test_orbit_obeys_the_rig_harmonic_by_harmonic(depth):
+    """Each harmonic of q is G times that of exp(-q), times the rig's answer to it, from (i k Omega - A) x = b T."""
+    q, frequency, log_gain = FAMILY.orbit(depth)
+    response, forcing = np.fft.rfft(q), np.fft.rfft(np.exp(log_gain - q))
+    into = np.zeros(7)
+    into[2] = -1.0 / RIG.J_1
+    assert abs(response[0]) < 1e-9 * abs(response).max()  # the drive's integrator lets the mean be
+    for k in (1, 2, 3, 5):
+        answer = np.linalg.solve(1j * k * frequency * np.eye(7) - jacobian(RIG), into)[2]
+        assert response[k] == pytest.approx(answer * forcing[k], abs=1e-8 * abs(response).max())
+    assert q[0] == pytest.approx(-depth, abs=1e-10) == q.min()
+
+
+def test_orbit_between_those_of_the_family_lies_on_its_splines():
+    depth = 3.0 + 0.4 / 12.0
+    _, frequency, log_gain = FAMILY.orbit(depth)
+    assert FAMILY.guess(depth) == pytest.approx([log_gain, frequency], abs=1e-6)
+
+
+def test_depths_by_load_and_by_gain_are_inverses():
+    inside = FAMILY.depth[1::7]
+    gains = FAMILY.guess(inside)[:, 0]
+    np.testing.assert_allclose(FAMILY.grazing_depth(gains + inside), inside, atol=1e-6)
+    np.testing.assert_allclose(FAMILY.depth_of_gain(gains), inside, atol=1e-6)
+    weaker, steeper = FAMILY.log_gain[0] - 1e-6, FAMILY.log_gain[0] + 1.0
+    assert np.isnan(FAMILY.grazing_depth(np.array(weaker)))
+    assert FAMILY.grazing_depth(np.array(FAMILY.log_gain[0])) == pytest.approx(0.0, abs=1e-9)
+    assert FAMILY.depth_of_gain(np.array(steeper)) == 0.0
+    assert FAMILY.depth_of_gain(np.array(-100.0)) == pytest.approx(12.0)
+
+
+def test_slope_of_the_transfer_function_is_its_derivative():
+    balance = HarmonicBalance(RIG, 32)
+    middle, slope = balance.transfer(2.7)
+    difference = (balance.transfer(2.7 + 1e-6)[0] - balance.transfer(2.7 - 1e-6)[0]) / 2e-6
+    np.testing.assert_allclose(slope, difference, atol=1e-6 * np.abs(middle).max())
+    assert middle[0] == 0.0
+    assert middle[-1].imag == 0.0
+
+
+def test_resolved_waves_have_no_high_harmonics():
+    balance = HarmonicBalance(RIG, 64)
+    theta = 2 * np.pi * np.arange(64) / 64
+    assert balance.is_resolved(np.cos(theta) + 0.1 * np.cos(5 * theta))
+    assert not balance.is_resolved(np.cos(theta) + 1e-6 * np.cos(31 * theta))
+    assert balance.is_resolved(np.cos(theta) + 1e-6 * np.cos(25 * theta))
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # what diverges overflows
+def test_no_orbit_is_said_where_newton_finds_none():
+    with pytest.raises(RuntimeError, match=r"no orbit of depth 5 found with 16 samples"):
+        HarmonicBalance(RIG, 16).solve(5.0, FAMILY.waves[60][:: len(FAMILY.waves[60]) // 16], 2.0, FAMILY.log_gain[1])
+
+
+def test_rig_without_a_hopf_point_has_no_family():
+    with pytest.raises(ValueError, match=r"Delta T_r,min = 0\.12.*never stable"):
+        slipping_orbits(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0))
