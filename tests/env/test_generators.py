@@ -1,0 +1,57 @@
+"""Each rig's generator in 32 bytes draws what Gymnasium's own would."""
+
+import numpy as np
+from gymnasium.utils import seeding
+
+from drillrig_env.env.generators import EpisodeGenerators, first_uniforms
+from drillrig_env.env.scenario import UNIFORMS
+
+SEEDS = (0, 7, 2**40)
+
+
+def seeded():
+    generators = EpisodeGenerators(4)
+    assert not generators.seeded
+    assert [generators.seed(rig, seed) for rig, seed in enumerate(SEEDS)] == list(SEEDS)
+    assert generators.seeded
+    return generators
+
+
+def test_a_rig_draws_what_gymnasium_draws_with_its_seed_episode_after_episode():
+    generators = seeded()
+    for rig, seed in enumerate(SEEDS):
+        own, _ = seeding.np_random(seed)
+        for _ in range(3):
+            np.testing.assert_array_equal(generators.uniforms(np.array([rig]))[0], own.random(UNIFORMS))
+
+
+def test_rigs_draw_independently_of_which_others_draw_and_in_what_order():
+    together, alone = seeded(), seeded()
+    drawn = together.uniforms(np.array([2, 0, 1]))
+    assert drawn.shape == (3, UNIFORMS)
+    for row, rig in zip(drawn, (2, 0, 1), strict=True):
+        np.testing.assert_array_equal(row, alone.uniforms(np.array([rig]))[0])
+    np.testing.assert_array_equal(together.states, alone.states)
+
+
+def test_seeding_anew_begins_anew_and_leaves_the_others():
+    generators = seeded()
+    first = generators.uniforms(np.array([0, 1]))
+    generators.seed(0, SEEDS[0])
+    again = generators.uniforms(np.array([0, 1]))
+    np.testing.assert_array_equal(again[0], first[0])
+    assert not np.any(again[1] == first[1])
+
+
+def test_fresh_entropy_is_used_for_no_seed_and_told():
+    generators = EpisodeGenerators(2)
+    used = [generators.seed(rig, None) for rig in range(2)]
+    assert used[0] != used[1]
+    drawn = generators.uniforms(np.array([0]))[0]
+    np.testing.assert_array_equal(drawn, seeding.np_random(used[0])[0].random(UNIFORMS))
+
+
+def test_first_uniforms_are_those_of_consecutive_seeds():
+    found = first_uniforms(5, 3)
+    for row, seed in zip(found, (5, 6, 7), strict=True):
+        np.testing.assert_array_equal(row, seeding.np_random(seed)[0].random(UNIFORMS))

@@ -1,0 +1,56 @@
+"""The reward's formula and its running statistics, with numbers worked out by hand."""
+
+import numpy as np
+import pytest
+
+from drillrig_env import Reward
+from drillrig_env.env.reward import reward_terms, update_statistics
+
+terms, update = (getattr(kernel, "py_func", kernel) for kernel in (reward_terms, update_statistics))
+
+
+def test_terms_by_hand():
+    """A mean of 1.5 at a target of 2 is an error of a quarter; a variance of 0.16 a swing of 0.04."""
+    assert terms(1.5, 0.16, 2.0, -0.5, 3.0, 5.0, 7.0, False, False) == pytest.approx((-0.12, -0.3125, -1.75))
+    assert terms(1.5, 0.16, 2.0, -0.5, 3.0, 5.0, 7.0, True, True) == pytest.approx((-0.6, -1.25, -1.75))
+    assert terms(2.5, 0.0, 2.0, 0.0, 1.0, 1.0, 1.0, False, True) == pytest.approx((0.0, -0.25, 0.0))
+
+
+@pytest.mark.parametrize("shapes", [(False, False), (True, False), (False, True), (True, True)])
+def test_no_reward_is_positive_and_calm_rotation_at_the_target_scores_zero(shapes):
+    assert terms(2.0, 0.0, 2.0, 0.0, 1.0, 1.0, 1.0, *shapes) == (0.0, 0.0, 0.0)
+    for mean, variance, action in ((0.0, 1.0, 1.0), (4.0, 0.1, -1.0)):
+        assert all(term < 0.0 for term in terms(mean, variance, 2.0, action, 1.0, 1.0, 1.0, *shapes))
+
+
+def test_running_statistics_are_the_weighted_mean_and_variance_of_the_past():
+    """Weights g (1 - g)^k of the samples k steps ago, on a past that was all at the first mean."""
+    gain, samples = 0.2, np.array([1.0, 3.0, 2.0, 5.0, 4.0])
+    mean, variance = 2.0, 0.0
+    for sample in samples:
+        mean, variance = update(mean, variance, sample, gain)
+    weights = np.array([0.8**5, *(0.2 * 0.8 ** np.arange(4, -1, -1))])
+    values = np.array([2.0, *samples])
+    assert weights.sum() == pytest.approx(1.0)
+    assert mean == pytest.approx(weights @ values)
+    assert variance == pytest.approx(weights @ (values - mean) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"variance": -1.0}, "variance = -1.0"),
+        ({"tracking": -1e-9}, "tracking"),
+        ({"action": float("nan")}, "action = nan"),
+        ({"time_constant": 0.0}, r"time_constant = 0\.0 s"),
+        ({"variance_shape": "cubic"}, "variance_shape = 'cubic'"),
+        ({"tracking_shape": "cubic"}, "tracking_shape = 'cubic'"),
+    ],
+)
+def test_impossible_rewards_are_refused(fields, words):
+    with pytest.raises(ValueError, match=words):
+        Reward(**fields)
+
+
+def test_weights_may_be_zero():
+    assert Reward(variance=0.0, tracking=0.0, action=0.0).action == 0.0
