@@ -1,0 +1,110 @@
+"""The tables against exact solutions of the linear rig, and the ladder that they are put on."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from drillrig_env import Rig
+from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
+from drillrig_env.stepper.tables import (
+    NODES,
+    POWERS_FROM_NODES,
+    RADAU_NODES,
+    RUNGS,
+    SAMPLED_RUNGS,
+    SAMPLES,
+    STATE,
+    UNITS,
+    ladder,
+)
+
+RIG = Rig(T_r2=0.05)
+LADDER = ladder(RIG, 0.08)
+Y = np.array([-0.4, -1.3, 2.0, 1.0, 3.0, 0.3, 0.4])
+CUBIC = np.array([0.3, -0.2, 0.5, 0.7])
+
+
+def torque(share):
+    """A cubic of the share of a step, N m."""
+    return np.polynomial.polynomial.polyval(share, CUBIC)
+
+
+def solution(step, shares):
+    """The rig from Y under that torque, by SciPy."""
+    rates = lambda t, y: jacobian(RIG) @ y + friction_input(RIG) * torque(t / step)  # noqa: E731
+    solved = solve_ivp(rates, (0.0, step), Y, "Radau", t_eval=step * np.asarray(shares), rtol=1e-11, atol=1e-13)
+    return solved.y.T
+
+
+def test_nodes_are_the_radau_points_of_the_books():
+    """Hairer & Wanner, Solving Ordinary Differential Equations II: the right Radau points of order 4."""
+    expected = [0.08858795951270394, 0.4094668644407347, 0.787659461760847, 1.0]
+    np.testing.assert_allclose(RADAU_NODES, expected, atol=1e-14)
+    np.testing.assert_allclose(POWERS_FROM_NODES @ torque(RADAU_NODES), CUBIC, atol=1e-12)
+
+
+@pytest.mark.parametrize("rung", [0, 1, 4])
+def test_state_at_the_end_and_speed_at_the_nodes_are_exact_for_a_cubic_torque(rung):
+    table, step = LADDER.rungs[rung], 0.08 / 2**rung
+    at_nodes = solution(step, RADAU_NODES)
+    end = Y @ table["state_from_state"] + torque(RADAU_NODES) @ table["state_from_torque"]
+    np.testing.assert_allclose(end[:7], at_nodes[-1], atol=1e-8)
+    assert end[7:].tolist() == [0.0] * (STATE - 7)
+    speeds = Y @ table["node_from_state"] + table["node_from_torque"] @ torque(RADAU_NODES)
+    np.testing.assert_allclose(speeds, at_nodes[:, 2], atol=1e-8)
+
+
+@pytest.mark.parametrize("rung", range(SAMPLED_RUNGS))
+def test_samples_lie_at_equal_distances_the_last_at_the_end(rung):
+    table, count = LADDER.sampling[rung], SAMPLES >> rung
+    states = solution(0.08 / 2**rung, np.arange(1, count + 1) / count)
+    for name, expected in (("speed", states[:, 2]), ("torque", torque_into_string(RIG, states))):
+        found = Y @ table[f"{name}_from_state"] + torque(RADAU_NODES) @ table[f"{name}_from_torque"]
+        np.testing.assert_allclose(found[:count], expected, atol=1e-8)
+        assert not found[count:].any()
+    assert table["torque_row"] @ Y == pytest.approx(torque_into_string(RIG, Y))
+
+
+def test_rungs_are_halves_down_to_one_unit():
+    assert len(LADDER.rungs) == RUNGS
+    assert 2 ** (RUNGS - 1) == UNITS
+    for rung in (0, 3, RUNGS - 1):
+        step = 0.08 / 2**rung
+        np.testing.assert_allclose(LADDER.rungs[rung]["rate_from_state"][:, :7], jacobian(RIG).T * step)
+        np.testing.assert_allclose(LADDER.rungs[rung]["rate_from_torque"][:7], friction_input(RIG) * step)
+    np.testing.assert_allclose(LADDER.rungs[1]["state_from_state"][:, :7], expm(jacobian(RIG) * 0.04).T, atol=1e-12)
+
+
+@pytest.mark.parametrize("rig", [RIG, Rig(T_f=0.3)])
+def test_shift_is_the_frictionless_equilibrium(rig):
+    shift = ladder(rig, 0.1).shift
+    for speed in (0.0, 1.0, 7.3):
+        np.testing.assert_allclose((shift[0] + speed * shift[1])[:7], frictionless_state(rig, speed), atol=1e-12)
+    assert not shift[:, 7].any()
+
+
+def test_tolerance_scales_the_bounds_on_the_errors_of_a_step():
+    usual, coarse = ladder(RIG, 0.1), ladder(RIG, 0.1, 1e-4)
+    for name in ("largest_defect", "newton_tolerance"):
+        np.testing.assert_allclose(coarse.rungs[name], 100.0 * usual.rungs[name])
+        assert np.ptp(usual.rungs[name]) == 0.0
+    np.testing.assert_array_equal(coarse.rungs["state_from_state"], usual.rungs["state_from_state"])
+
+
+def test_tables_are_built_once_and_cannot_be_written():
+    assert ladder(RIG, 0.08) is LADDER
+    for table in (LADDER.rungs, LADDER.sampling, LADDER.shift):
+        assert not table.flags.writeable
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-3])
+def test_ends_of_the_range_of_tolerances_are_allowed_and_beyond_is_not(tolerance):
+    assert ladder(RIG, 0.1, tolerance).period == 0.1
+    with pytest.raises(ValueError, match="tolerance"):
+        ladder(RIG, 0.1, tolerance * (0.99 if tolerance < 1e-5 else 1.01))
+
+
+def test_shapes_hold_all_nodes():
+    assert LADDER.rungs["node_from_torque"].shape == (RUNGS, NODES, NODES)
+    assert LADDER.sampling["speed_from_state"].shape == (SAMPLED_RUNGS, 7, SAMPLES)
