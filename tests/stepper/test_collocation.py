@@ -10,20 +10,20 @@ from drillrig_env.stepper.collocation import WORKSPACE, _crossing, solve_nodes
 from drillrig_env.stepper.tables import RADAU_NODES, ladder
 
 RIG, OMEGA_REF = Rig(), 2.0
-LAW = Friction(20.0).law(RIG)  # static, kinetic, v_b, omega_s
+CONTACT = Friction(20.0).contacts(RIG, OMEGA_REF)[0]
+STATIC, KINETIC, OMEGA_S = 20.0 * 0.0485 * 0.5, 20.0 * 0.0485 * 0.306, 1e-3
 LADDER = ladder(RIG, 0.1)
 
 
 def law(zone, speed):
-    static, kinetic, v_b, omega_s = LAW
     if zone == 0:
-        return static * speed / omega_s
-    return zone * (kinetic + (static - kinetic) * np.exp(-v_b * zone * speed))
+        return STATIC * speed / OMEGA_S
+    return zone * (KINETIC + (STATIC - KINETIC) * np.exp(-zone * speed))
 
 
 def solved(y, zone, rung, fine=True):
     work = np.zeros(1, WORKSPACE)[0]
-    reach = solve_nodes(np.array([*y, 0.0]), OMEGA_REF, zone, *LAW, LADDER.rungs[rung], work, fine)
+    reach = solve_nodes(np.array([*y, 0.0]), zone, CONTACT, LADDER.rungs[rung], work, fine)
     return reach, work
 
 
@@ -35,7 +35,7 @@ def exact(y, zone, step):
 
     def leaves(_, y):
         speed = y[2] + OMEGA_REF
-        return LAW[3] - abs(speed) if zone == 0 else zone * speed - LAW[3]
+        return OMEGA_S - abs(speed) if zone == 0 else zone * speed - OMEGA_S
 
     return solve_ivp(rates, (0.0, step), y, "Radau", events=leaves, dense_output=True, rtol=1e-10, atol=1e-13)
 
@@ -79,7 +79,7 @@ def test_crossing_of_a_straight_line_is_found_by_guess_and_by_search(zone, edge,
     start = edge + zone * 0.4 * share
     work = nodes_at(start - zone * 0.4 * RADAU_NODES)
     for fine in (False, True):
-        assert _crossing(start, zone, LAW[3], work, fine) == pytest.approx(share, abs=1e-9)
+        assert _crossing(start, zone, OMEGA_S, work, fine) == pytest.approx(share, abs=1e-9)
 
 
 def test_crossing_of_a_curve_is_the_root_of_the_quartic_through_the_nodes():

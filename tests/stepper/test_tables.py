@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from drillrig_env import Rig
+from drillrig_env import Friction, Rig
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.stepper.tables import (
     NODES,
@@ -16,7 +16,9 @@ from drillrig_env.stepper.tables import (
     SAMPLES,
     STATE,
     UNITS,
+    from_equilibrium,
     ladder,
+    to_states,
 )
 
 RIG = Rig(T_r2=0.05)
@@ -77,11 +79,16 @@ def test_rungs_are_halves_down_to_one_unit():
 
 
 @pytest.mark.parametrize("rig", [RIG, Rig(T_f=0.3)])
-def test_shift_is_the_frictionless_equilibrium(rig):
-    shift = ladder(rig, 0.1).shift
-    for speed in (0.0, 1.0, 7.3):
-        np.testing.assert_allclose((shift[0] + speed * shift[1])[:7], frictionless_state(rig, speed), atol=1e-12)
-    assert not shift[:, 7].any()
+@pytest.mark.parametrize("speed", [0.0, 1.0, 7.3])
+def test_states_are_counted_from_the_frictionless_equilibrium(rig, speed):
+    contact, shift = Friction(20.0).contacts(rig, speed)[0], ladder(rig, 0.1).shift
+    states, y = np.zeros(STATE), np.zeros(STATE)
+    to_states(y, contact, shift, states)
+    np.testing.assert_allclose(states[:7], frictionless_state(rig, speed), atol=1e-12)
+    from_equilibrium(states, contact, shift, y)
+    np.testing.assert_allclose(y, 0.0, atol=1e-12)
+    from_equilibrium(states + np.array([*Y, 0.0]), contact, shift, y)
+    np.testing.assert_allclose(y[:7], Y, atol=1e-12)
 
 
 def test_tolerance_scales_the_bounds_on_the_errors_of_a_step():
