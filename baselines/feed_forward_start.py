@@ -11,6 +11,7 @@ import numpy as np
 from baselines.baseline import Baseline
 from baselines.startup_plan import Haste, startup_plan
 from baselines.string_torque import torque_from_twist
+from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
@@ -62,9 +63,7 @@ class FeedForwardStart(Baseline):
         "margin": (0.05, 0.4),
         "ease": (0.03, 0.3),
     }
-    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
-        "state": {"acceleration": 1.45, "build_up": 0.517, "beyond": 1.1, "margin": 0.0821, "ease": 0.141}
-    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("feed_forward_start")
 
     def __init__(
         self,

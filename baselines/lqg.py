@@ -14,6 +14,7 @@ import numpy as np
 
 from baselines.baseline import Baseline
 from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of
+from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.scenario import LARGEST_REFERENCE
@@ -69,26 +70,7 @@ class LQG(Baseline):
         "shaking": (0.1, 0.5),
         "ease": (0.1, 1.0),
     }
-    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
-        "state": {
-            "twisting": 6.85,
-            "effort": 56.6,
-            "share": 1.76,
-            "level": 0.097,
-            "fluctuation": 0.0439,
-            "shaking": 0.38,
-            "ease": 0.952,
-        },
-        "surface": {
-            "twisting": 28.4,
-            "effort": 32.9,
-            "share": 0.356,
-            "level": 0.0139,
-            "fluctuation": 0.0126,
-            "shaking": 0.172,
-            "ease": 0.469,
-        },
-    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("lqg")
 
     def __init__(
         self,

@@ -12,6 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from baselines.baseline import Baseline
+from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.drive import Drive
 from drillrig_env.env.kernel import SLEW_LIMIT
@@ -32,7 +33,7 @@ class SoftTorque(Baseline):
     """
 
     tuned: ClassVar[dict[str, tuple[float, float]]] = {"proportional": (0.05, 0.6), "integral": (0.01, 0.5)}
-    tuned_values: ClassVar[dict[str, dict[str, float]]] = {"state": {"proportional": 0.138, "integral": 0.0222}}
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("soft_torque")
 
     def __init__(
         self,

@@ -17,6 +17,7 @@ from baselines.string_torque import (
     oscillation,
     torque_deviation,
 )
+from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.rig import RigLike
@@ -47,10 +48,7 @@ class SpeedPulse(Baseline):
         "pause": (0.0, 1.5),
         "follow": (0.1, 0.4),
     }
-    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
-        "state": {"strength": 4.93, "phase": 0.203, "length": 0.616, "pause": 0.165, "follow": 0.298},
-        "surface": {"strength": 3.49, "phase": 0.206, "length": 0.471, "pause": 0.146, "follow": 0.306},
-    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("speed_pulse")
 
     def __init__(
         self,

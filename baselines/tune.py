@@ -28,6 +28,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from scipy.optimize import Bounds, differential_evolution
 
 from baselines import BASELINES, Baseline, make
+from baselines.tuned import RECORD
 from drillrig_env.env.sensors import SENSORS
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
@@ -35,9 +36,6 @@ from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import Suite, suite
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.seeds import TUNING_SEEDS
-
-RECORD = Path(__file__).with_name("tuned.json")
-"""Where results are kept: a list, one entry for each controller and choice of sensors."""
 
 _POPULATION = 6  # tries a generation, for each gain
 _COST = 0.1  # weight of the mean cost beside the share mitigated: orders what mitigates alike

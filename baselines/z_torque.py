@@ -17,6 +17,7 @@ from baselines.string_torque import (
     oscillation,
     torque_deviation,
 )
+from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.rig import RigLike
@@ -54,10 +55,7 @@ class ZTorque(Baseline):
         "follow": (0.2, 1.0),
         "lift": (0.0, 8.0),
     }
-    tuned_values: ClassVar[dict[str, dict[str, float]]] = {
-        "state": {"gain": 6.36, "time_constant": 1.89, "lead": -0.12, "follow": 0.35, "lift": 7.78},
-        "surface": {"gain": 4.38, "time_constant": 2.88, "lead": 0.0623, "follow": 0.422, "lift": 3.86},
-    }
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("z_torque")
 
     def __init__(
         self,

@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.case import NORMAL_FORCES, SPEED_REFERENCES, Rigs, drawn_rigs, largest_errors, sample_times
 from benchmarks.measure import (
     in_new_process,
     median_seconds,
@@ -38,7 +39,6 @@ from benchmarks.measure import (
 )
 from benchmarks.peers import BATCH_PEERS
 from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
-from benchmarks.stick_slip import NORMAL_FORCES, SPEED_REFERENCES, Rigs, drawn_rigs, largest_errors, sample_times
 from drillrig_env.arrays import FloatArray
 from drillrig_env.jit.threads import available_threads
 

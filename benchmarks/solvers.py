@@ -25,12 +25,12 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.case import ONE_RIG, START, largest_errors, sample_times
 from benchmarks.measure import note, print_table, seconds_of, timing, use_one_core, write_json
 from benchmarks.peers import PEERS
 from benchmarks.peers.peer import Peer, Run, Setting, asked_for, left_out
 from benchmarks.peers.project import DEFAULT, LIBRARY, LOOSE, compile_seconds
 from benchmarks.peers.scipy_solvers import CHAPTER
-from benchmarks.stick_slip import ONE_RIG, START, largest_errors, sample_times
 from drillrig_env import simulate
 from drillrig_env.arrays import FloatArray
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.case import ONE_RIG, START, Rigs, array_rates
 from benchmarks.peers.peer import BatchPeer, Library, Peer, Run, Setting, settings
-from benchmarks.stick_slip import ONE_RIG, START, Rigs, array_rates
 from drillrig_env.arrays import FloatArray
 
 LIBRARY = Library("diffrax", "diffrax", "diffrax")

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.case import ONE_RIG, RIG, START, slip_torque, stick_torque
 from benchmarks.peers.peer import Library, Peer, Run, Setting
-from benchmarks.stick_slip import ONE_RIG, RIG, START, slip_torque, stick_torque
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import zone_of
 from drillrig_env.model import state_equations

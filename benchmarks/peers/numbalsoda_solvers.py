@@ -19,8 +19,8 @@ from typing import Any
 import numba
 import numpy as np
 
+from benchmarks.case import ONE_RIG, START, Rigs, compiled_rates
 from benchmarks.peers.peer import BatchPeer, Library, Peer, Run, Setting, settings
-from benchmarks.stick_slip import ONE_RIG, START, Rigs, compiled_rates
 from drillrig_env.arrays import FloatArray
 
 os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "y")  # else DOP853's remarks come when Python ends

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
-from benchmarks.stick_slip import Rigs
+from benchmarks.case import Rigs
 from drillrig_env.arrays import FloatArray
 
 Run: TypeAlias = Callable[[], FloatArray]

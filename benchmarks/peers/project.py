@@ -10,9 +10,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.case import ONE_RIG, RIG, SAMPLE_PERIOD, START, Rigs, sample_times
 from benchmarks.measure import seconds_of
 from benchmarks.peers.peer import BatchPeer, Library, Peer, Run, Setting
-from benchmarks.stick_slip import ONE_RIG, RIG, SAMPLE_PERIOD, START, Rigs, sample_times
 from drillrig_env import Friction
 from drillrig_env.arrays import FloatArray
 from drillrig_env.stepper.batch import advance_batch

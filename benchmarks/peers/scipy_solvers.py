@@ -15,8 +15,8 @@ import numba
 import numpy as np
 from scipy.integrate import ode, odeint, solve_ivp
 
+from benchmarks.case import ONE_RIG, RIG, START, compiled_jacobian, compiled_rates
 from benchmarks.peers.peer import Library, Peer, Run, Setting, settings
-from benchmarks.stick_slip import ONE_RIG, RIG, START, compiled_jacobian, compiled_rates
 from drillrig_env import Friction
 from drillrig_env.arrays import FloatArray
 from drillrig_env.reference import vode

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from benchmarks.case import ONE_RIG, START, compiled_jacobian, compiled_rates
 from benchmarks.peers.peer import Library, Peer, Run, Setting, settings
-from benchmarks.stick_slip import ONE_RIG, START, compiled_jacobian, compiled_rates
 from drillrig_env.arrays import FloatArray
 
 LIBRARY = Library("scikit-sundae", "sksundae", "scikit-sundae")

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.case import START, Rigs, array_rates
 from benchmarks.peers.peer import BatchPeer, Library, Run, Setting, settings
-from benchmarks.stick_slip import START, Rigs, array_rates
 from drillrig_env.arrays import FloatArray
 
 LIBRARY = Library("torchdiffeq", "torchdiffeq", "torchdiffeq")

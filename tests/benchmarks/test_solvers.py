@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import batches, solvers
-from benchmarks.peers import BATCH_PEERS, PEERS, heyoka_taylor
-from benchmarks.peers.peer import Library, settings
-from benchmarks.stick_slip import (
+from benchmarks.case import (
     ONE_RIG,
     RIG,
     START,
@@ -20,6 +18,8 @@ from benchmarks.stick_slip import (
     largest_errors,
     sample_times,
 )
+from benchmarks.peers import BATCH_PEERS, PEERS, heyoka_taylor
+from benchmarks.peers.peer import Library, settings
 from drillrig_env import simulate, simulate_batch
 from drillrig_env.friction import zone_of
 from drillrig_env.model import jacobian, state_equations
