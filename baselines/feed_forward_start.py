@@ -138,7 +138,7 @@ class FeedForwardStart(Baseline):
         memory[stopping, _PHASE], memory[starting, _PHASE] = _STOP, _START
         winding = np.maximum(memory[starting, _SPEED], 0.0)
         late = _SMOOTHING_TIME + self.sensors.delay * CONTROL_PERIOD
-        memory[starting, _WOUND] = memory[starting, _TORQUE] + self._stiffness * winding * late
+        memory[starting, _WOUND] = memory[starting, _TORQUE] - self.rig.T_r2 + self._stiffness * winding * late
         memory[starting, _WINDING] = winding
         memory[:, _STEPS] = np.where(stopping | starting, 0.0, memory[:, _STEPS])
 

@@ -10,7 +10,8 @@ slope -s that stands for the weakening of the friction with speed. The design st
     z = (x - x_f, T_0, T_w, T_m),
 
 with x_f the frictionless rotation at omega* and T_m the mean torque into the string over the last control
-step, which is what a drive reports. The speed reference is held over a step, so the sampled model is exact.
+step, which is what a drive reports, less T_r2, which x_f carries. The speed reference is held over a step, so
+the sampled model is exact.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ def startup_plan(
 ) -> Plan:
     """Plan a start of a stuck bit, with omega_ref = 0 so far, to `speed` (rad/s).
 
-    The string is wound up to `torque` (N m), and the drive goes on winding it at `winding` (rad/s) while its
+    The lower shaft is wound up to `torque` (N m), and the drive goes on winding it at `winding` (rad/s) while its
     integrator unloads. `contact` is N_1 (N), mu_s, mu_k and v_b (s/rad).
     """
     friction = Friction(*contact)

@@ -98,9 +98,9 @@ def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
 def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) -> FloatArray:
     """The state that (4-17) holds still at `speed` (rad/s) without friction on disc 1; shape (..., 7).
 
-    At speed 0 this is the rig at rest: shafts untwisted, the motor just balancing its own friction
-    (so that it does not creep backwards, where the model's constant T_f would be wrong). `drive` takes
-    the place of the rig's own.
+    At speed 0 this is the rig at rest: shafts untwisted, but for what carries T_r2, the motor just balancing its
+    own friction (so that it does not creep backwards, where the model's constant T_f would be wrong). `drive`
+    takes the place of the rig's own.
     """
     omega = np.asarray(speed, dtype=float)
     return _equilibrium(rig, np.zeros(omega.shape), omega, drive)
@@ -166,7 +166,10 @@ def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
 
 
 def torque_into_string(rig: Rig, state: FloatArray) -> FloatArray:
-    """Torque that the drive delivers into the string, -(k_2 x_2 + d_2 (x_4 - x_5)), in N m; shape (...)."""
+    """Torque that the drive delivers into the string, -(k_2 x_2 + d_2 (x_4 - x_5)), in N m; shape (...).
+
+    In steady rotation it is T_r1 + T_r2.
+    """
     x = np.asarray(state)
     return np.asarray(-(rig.k_2 * x[..., 1] + rig.d_2 * (x[..., 3] - x[..., 4])))
 
@@ -186,7 +189,7 @@ def motor_power(rig: Rig, state: FloatArray) -> FloatArray:
 
 
 def dissipated_power(rig: Rig, friction: Friction, state: FloatArray) -> FloatArray:
-    """Power lost in shafts, motor friction and brake pin, in W; `state` of shape (..., 7), result (...)."""
+    """Power lost in shafts, motor friction, brake pin and to T_r2, in W; `state` of shape (..., 7), result (...)."""
     x = np.asarray(state)
     shafts = rig.d_1 * (x[..., 2] - x[..., 3]) ** 2 + rig.d_2 * (x[..., 3] - x[..., 4]) ** 2
     motor = rig.eta**2 * rig.C_m * x[..., 4] ** 2 + rig.eta * rig.T_f * x[..., 4]

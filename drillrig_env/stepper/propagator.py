@@ -84,13 +84,13 @@ def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Rec
 def _samples_of(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, count: int) -> None:
     speeds, torques = work.speed_samples, work.torque_samples
     evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, count)
-    evaluate(y, work, table.torque_from_state, table.torque_from_torque, 0.0, torques, first, count)
+    evaluate(y, work, table.torque_from_state, table.torque_from_torque, table.torque_at_rest, torques, first, count)
 
 
 @inlined
 def _sample_state(y: FloatArray, speed_reference: float, table: Record, work: Record, index: int) -> None:
     """The sample of a state that lies on the grid, as entry `index`."""
-    torque = 0.0
+    torque = table.torque_at_rest
     for k in range(7):
         torque += y[k] * table.torque_row[k]
     work.speed_samples[index], work.torque_samples[index] = y[2] + speed_reference, torque

@@ -85,9 +85,11 @@ SAMPLING = np.dtype(
         ("torque_from_state", "f8", (7, SAMPLES)),
         ("torque_from_torque", "f8", (NODES, SAMPLES)),
         ("torque_row", "f8", 7),
+        ("torque_at_rest", "f8"),  # N m, of the equilibrium from which states are counted
     ],
     align=True,
 )
+"""Tables of the samples within one step: bit speed and torque into the string, from the states less the equilibrium."""
 
 
 SHIFT = np.dtype([("at_rest", "f8", STATE), ("per_speed", "f8", STATE)], align=True)
@@ -144,7 +146,7 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive |
             for name, row in (("speed", speed_row), ("torque", torque_row)):
                 sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
                 sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
-            sampling[r]["torque_row"] = torque_row
+            sampling[r]["torque_row"], sampling[r]["torque_at_rest"] = torque_row, rig.T_r2
     rest = frictionless_state(rig, 0.0, drive)
     shift = np.zeros(1, dtype=SHIFT)
     shift["at_rest"][0, :7], shift["per_speed"][0, :7] = rest, frictionless_state(rig, 1.0, drive) - rest
