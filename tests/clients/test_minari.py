@@ -21,7 +21,7 @@ KWARGS = {
         "rig": drillrig_env.Rig(J_1=0.03),
         "scenario": drillrig_env.Scenario(normal_force=(12.0, 12.0), load_step=1.0),
     },
-    "noise, delay and drive": {"noise": 1.0, "delay": (1, 3), "drive_gains": (0.04, 0.06, 1.0)},
+    "noise, delay and drive": {"noise": 1.0, "delay": (1, 3), "drive": (0.04, 0.06, 1.0)},
     "reward and sensors": {"reward": {"action": 0.1}, "sensors": ("top_speed", "current", "speed_target")},
 }
 

@@ -52,7 +52,7 @@ def test_a_peak_counts_from_the_first_step_of_the_window_to_its_last(step, count
 @pytest.mark.parametrize("gains", [None, (0.6, 0.06), (0.6, 0.06, 1.0), (0.6, 0.06, 0.4)])
 def test_voltage_is_what_the_armature_needs(gains):
     """In steady rotation V = R x_6 + eta K_E x_5, whatever drive makes it."""
-    core = begin({"start": "steady", "normal_force": 10.0, "speed_target": 4.0, "load_steps": []}, drive_gains=gains)
+    core = begin({"start": "steady", "normal_force": 10.0, "speed_target": 4.0, "load_steps": []}, drive=gains)
     rig, needed = Rig(), lambda x: Rig().R * x[5] + Rig().eta * Rig().K_E * x[4]
     assert core.episodes["voltage"][0] == pytest.approx(needed(core.episodes["state"][0]), rel=1e-9)
     end = run(core, 50)[-1]
