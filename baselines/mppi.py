@@ -151,7 +151,7 @@ class MPPI(Baseline):
         references = np.column_stack([rigs["speed_reference"], past])  # the column k is that of k steps ago
         for ago in range(int(late.max()), 0, -1):
             some = np.flatnonzero(late >= ago)
-            core = EpisodeBatch(len(some), self.rig, slew_limit=self.slew_limit, threads=self.threads)
+            core = EpisodeBatch(len(some), rig=self.rig, slew_limit=self.slew_limit, threads=self.threads)
             core.episodes[:] = rigs[some]
             core.episodes["speed_reference"] = references[some, ago]
             change = references[some, ago - 1] - references[some, ago]
@@ -183,7 +183,7 @@ class MPPI(Baseline):
         if core is None or len(core) != plans[..., 0].size:
             duration = HORIZON * CONTROL_PERIOD
             core = EpisodeBatch(
-                plans[..., 0].size, self.rig, slew_limit=self.slew_limit, duration=duration, threads=self.threads
+                plans[..., 0].size, rig=self.rig, slew_limit=self.slew_limit, duration=duration, threads=self.threads
             )
             self._core = core
         core.episodes[:] = np.repeat(rigs, count)

@@ -16,8 +16,9 @@ from drillrig_env import stability
 from drillrig_env.drive import Drive
 from drillrig_env.env.registration import ENVIRONMENTS, register_envs
 from drillrig_env.env.reward import Reward
-from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.scenario import STARTS, Scenario
 from drillrig_env.env.sensors import observation_table
+from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction
 from drillrig_env.moved import keep_former_names
 from drillrig_env.parameters import closest
@@ -32,12 +33,14 @@ __version__ = "0.1.0"
 
 __all__ = [
     "ENVIRONMENTS",
+    "STARTS",
     "Drive",
     "Friction",
     "Reward",
     "Rig",
     "Scenario",
     "Simulation",
+    "Task",
     "make_sb3",
     "observation_table",
     "register_envs",

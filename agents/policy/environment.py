@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
@@ -10,9 +9,9 @@ from typing import Any
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 import drillrig_env
-from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.sb3 import DrillRigVecEnv
+from drillrig_env.env.task import TASK_FIELDS
 from drillrig_env.parameters import closest
 
 
@@ -23,8 +22,7 @@ def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[st
     """
     if env_id not in drillrig_env.ENVIRONMENTS:
         raise ValueError(f"environment {env_id!r} is not known; {closest(env_id, drillrig_env.ENVIRONMENTS)}")
-    known = [name for name in inspect.signature(EpisodeBatch).parameters if name != "num_rigs"]
-    _refuse_unknown(f"{env_id}: unknown argument", env_kwargs, known)
+    _refuse_unknown(f"{env_id}: unknown argument", env_kwargs, [*TASK_FIELDS, "threads"])
     reward = env_kwargs.get("reward")
     if isinstance(reward, Mapping):
         _refuse_unknown(f"{env_id}: the reward has no field", reward, [item.name for item in fields(Reward)])

@@ -1,124 +1,106 @@
-"""The batch core: reset some rigs, step all rigs. The three variants of the environment stand on it."""
+"""The batch core: reset some rigs, step all rigs. The three forms of the environment stand on it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from math import exp
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray
-from drillrig_env.drive import Drive, DriveLike
-from drillrig_env.env.kernel import (
-    CONTROL_PERIOD,
-    EPISODE,
-    SETTINGS,
-    SETTLING_STEPS,
-    SLEW_LIMIT,
-    observe_episodes,
-    settle_episodes,
-    step_episodes,
-)
-from drillrig_env.env.reward import TERMS, Reward
-from drillrig_env.env.scenario import REST, STARTS, STEADY, STICK_SLIP, Draws, Scenario, check_pins
-from drillrig_env.env.sensors import LONGEST_DELAY, TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME, Sensors
-from drillrig_env.friction import Friction
+from drillrig_env.env.attributes import PlaysTask, check_changeable
+from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE, SETTINGS, observe_episodes, step_episodes
+from drillrig_env.env.reward import TERMS
+from drillrig_env.env.scenario import STARTS, check_pins
+from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
+from drillrig_env.env.starts import begin_episodes
+from drillrig_env.env.state import EnvironmentState
+from drillrig_env.env.task import CHANGEABLE, Task, TaskLike
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
-from drillrig_env.model import frictionless_state, steady_state, torque_into_string, wound_up
-from drillrig_env.parameters import POSITIVE, refuse
-from drillrig_env.rig import Rig, RigLike
+from drillrig_env.parameters import checked
 from drillrig_env.stepper.tables import SAMPLES, ladder
 from drillrig_env.verdict import WINDOW, is_mitigated
 
 Observations = npt.NDArray[np.float32]
 _ALL = slice(None)
+_TABLES = ("_tables", "_start_tables")  # made anew in a copy, from the task
 
 
-class EpisodeBatch:
+class EpisodeBatch(PlaysTask):
     """`num_rigs` rigs in their episodes: the rules of `DrillRig-v0`, in one place.
 
-    `rigs` is an array of records (see `drillrig_env.env.kernel.EPISODE`) with the state of every rig and
-    what its last control step showed. Rigs share `rig`, and each has its own friction and generator.
-    `DrillRigEnv` describes the arguments. Raises `ValueError` for one that is not allowed.
+    `episodes` is an array of records (see `drillrig_env.env.kernel.EPISODE`) with the state of every rig and
+    what its last control step showed. Rigs share `task`, and each has its own friction and generator. The task may
+    be given as a whole, by its fields, or both. `max_episode_steps` ends episodes before their `duration` does.
+    It can be copied and pickled. Raises `ValueError` for an argument that is not allowed.
     """
 
     def __init__(
         self,
         num_rigs: int = 1,
-        rig: RigLike = None,
-        scenario: str | Mapping[str, Any] | Scenario = "default",
-        sensors: str | Sequence[str] = "state",
-        reward: Reward | Mapping[str, Any] | None = None,
-        slew_limit: float = SLEW_LIMIT,
-        duration: float = 60.0,
-        threads: int | None = None,
+        task: TaskLike = None,
         *,
-        noise: float | Mapping[str, float] | None = None,
-        delay: int | tuple[int, int] | None = None,
-        drive: DriveLike = None,
+        threads: int | None = None,
+        max_episode_steps: int | None = None,
+        **fields: Any,
     ) -> None:
-        if num_rigs < 1:
-            raise refuse("DrillRig", "number of rigs", num_rigs, "", ">= 1")
-        if not POSITIVE.holds(slew_limit):
-            raise refuse("DrillRig", "slew_limit", slew_limit, "rad/s^2", POSITIVE)
-        steps = round(duration / CONTROL_PERIOD)
-        if steps < 1 or abs(steps * CONTROL_PERIOD - duration) > 1e-6:
-            raise refuse("DrillRig", "duration", duration, "s", f"a multiple of {CONTROL_PERIOD}")
-        self.rig = Rig.of(rig)
-        self.scenario = Scenario.named(scenario)
-        self.sensors = Sensors.named(sensors)
-        self.reward = reward if isinstance(reward, Reward) else Reward(**(reward or {}))
-        self.duration = duration
-        self.steps = steps
-        self.slew_limit = slew_limit
+        rigs = checked("DrillRig", "number of rigs", num_rigs, "", COUNT)
+        self._task = Task.of(task, **fields)
         self.threads = check_threads(threads)
-        self.delay = check_delay(self.sensors.delay if delay is None else delay)
-        self.drive = Drive.of(drive)
-        self.episodes = np.zeros(num_rigs, dtype=EPISODE)
-        self.episodes["step"] = steps  # no episode has begun
+        self._steps = self._task.steps
+        if max_episode_steps is not None:
+            self._steps = min(self._steps, checked("DrillRig", "max_episode_steps", max_episode_steps, "", COUNT))
+        self.episodes = np.zeros(rigs, dtype=EPISODE)
+        self.episodes["step"] = self._steps  # no episode has begun
         channels = len(self.sensors.channels)
-        self.observations: Observations = np.zeros((num_rigs, channels), dtype=np.float32)
-        slots = self.delay[1] + 1 if self.delay[1] else 0
-        self._past = np.zeros((num_rigs, slots, channels), dtype=np.float32)
-        self._tables = ladder(self.rig, CONTROL_PERIOD, drive=self.drive)
-        self._start_tables = ladder(self.rig, CONTROL_PERIOD)
-        self._layout = self.sensors.layout(noise)
+        self.observations: Observations = np.zeros((rigs, channels), dtype=np.float32)
+        longest = self._task.delays[1]
+        self._past = np.zeros((rigs, longest + 1 if longest else 0, channels), dtype=np.float32)
+        self._layout = self.sensors.layout(self.noise)
         self._settings = np.zeros(1, dtype=SETTINGS)
-        loop = self.drive or Drive.of_rig(self.rig)
-        self._settings[0] = (
-            self.rig.r_1,
-            self.rig.omega_s,
-            slew_limit * CONTROL_PERIOD,
-            loop.k_p,
-            loop.k_i,
-            loop.compensation(self.rig),
-            1.0 - exp(-CONTROL_PERIOD / SAMPLES / self.reward.time_constant),
-            1.0 - exp(-CONTROL_PERIOD / TORQUE_MEAN_TIME),
-            1.0 - exp(-CONTROL_PERIOD / TORQUE_DEVIATION_TIME),
-            self.reward.variance,
-            self.reward.tracking,
-            self.reward.action,
-            self.reward.variance_shape == "absolute",
-            self.reward.tracking_shape == "absolute",
-            steps,
-            self.window_start,
-        )
+        self._write_settings()
+        self._take_tables()
 
     def __len__(self) -> int:
         return len(self.episodes)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name not in _TABLES}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._take_tables()
+
+    @property
+    def task(self) -> Task:
+        """What is played."""
+        return self._task
+
+    def change(self, **fields: Any) -> None:
+        """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
+        check_changeable(fields)
+        self._task = replace(self._task, **fields)
+        self._write_settings()
+
+    @property
+    def steps(self) -> int:
+        """Control steps of an episode."""
+        return self._steps
+
     @property
     def window_start(self) -> int:
         """The control step with which the window of the final verdict begins."""
-        return max(0, self.steps - round(WINDOW / CONTROL_PERIOD))
+        return max(0, self._steps - round(WINDOW / CONTROL_PERIOD))
 
     @property
     def ended(self) -> npt.NDArray[np.bool_]:
         """Which episodes are over (or never began); shape (n,)."""
-        return np.asarray(self.episodes["step"] >= self.steps)
+        return np.asarray(self.episodes["step"] >= self._steps)
 
     @property
     def mitigated(self) -> npt.NDArray[np.bool_]:
@@ -142,7 +124,8 @@ class EpisodeBatch:
         Like `step` it leaves earlier `observations` as they were.
         """
         pins = check_pins(options, len(indices), self.duration)
-        fresh = self._begin(self.scenario.draw(uniforms, self.duration, pins))
+        draws = self.scenario.draw(uniforms, self.duration, pins)
+        fresh = begin_episodes(self._task, draws, self._settings, self._start_tables, self.threads)
         self.episodes[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
         past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
@@ -167,8 +150,73 @@ class EpisodeBatch:
         """A call that steps every rig, each time from and into these arrays, and leaves `self.observations` alone.
 
         For a single rig it is twice as fast as `step`, where finding the kernel takes longer than the physics.
+        It is a call for this very batch: a copy needs one of its own.
         """
         return bound(step_episodes, *self._arguments(_ALL, actions, observations))
+
+    def get_state(self, form: str = "EpisodeBatch", **own: Any) -> EnvironmentState:
+        """Everything that the coming steps depend on; `own` is what the form of the environment adds to it."""
+        episodes, past, seen = self.episodes.copy(), self._past.copy(), self.observations.copy()
+        return EnvironmentState(form, self._task, self._steps, episodes, past, seen, own)
+
+    def set_state(self, state: EnvironmentState) -> None:
+        """Go on from a state, of any form. Raises `ValueError` for one of another task, length or number of rigs."""
+        state.check(self._task, self._steps, self.episodes)
+        self.episodes[:] = state.episodes
+        self._past[:] = state.past
+        self.observations = state.observations.copy()
+        self.change(**{name: getattr(state.task, name) for name in CHANGEABLE})
+
+    def info(self) -> dict[str, npt.NDArray[Any]]:
+        """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""
+        episodes = self.episodes
+        return {
+            "bit_speed": episodes["state"][:, 2].copy(),
+            "top_speed": episodes["state"][:, 4].copy(),
+            "speed_reference": episodes["speed_reference"].copy(),
+            "speed_target": episodes["speed_target"].copy(),
+            "normal_force": episodes["normal_force"].copy(),
+            "mu_s": episodes["mu_s"].copy(),
+            "mu_k": episodes["mu_k"].copy(),
+            "v_b": episodes["v_b"].copy(),
+            "torque_into_string": episodes["torque_into_string"].copy(),
+            "delay": episodes["delay"].copy(),
+            "start": episodes["start"].copy(),
+            **{f"reward_{name}": episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
+            "is_success": self.ended & self.mitigated,
+        }
+
+    def starts(self, indices: npt.NDArray[np.intp]) -> list[str]:
+        """How the episodes of some rigs began: stick_slip only where their parameters have it."""
+        return [STARTS[i] for i in self.episodes["start"][indices]]
+
+    def _take_tables(self) -> None:
+        self._tables = ladder(self.rig, CONTROL_PERIOD, drive=self.drive)
+        self._start_tables = ladder(self.rig, CONTROL_PERIOD)
+
+    def _write_settings(self) -> None:
+        """Write the numbers that the kernels need into the array that they already have."""
+        task, reward, loop = self._task, self._task.reward, self._task.speed_loop
+        values = {
+            "r_1": task.rig.r_1,
+            "omega_s": task.rig.omega_s,
+            "slew": task.slew_limit * CONTROL_PERIOD,
+            "k_p": loop.k_p,
+            "k_i": loop.k_i,
+            "back_emf_compensation": loop.compensation(task.rig),
+            "gain": 1.0 - exp(-CONTROL_PERIOD / SAMPLES / reward.time_constant),
+            "torque_mean_gain": 1.0 - exp(-CONTROL_PERIOD / TORQUE_MEAN_TIME),
+            "torque_variance_gain": 1.0 - exp(-CONTROL_PERIOD / TORQUE_DEVIATION_TIME),
+            "variance_weight": reward.variance,
+            "tracking_weight": reward.tracking,
+            "action_weight": reward.action,
+            "deviation": reward.variance_shape == "absolute",
+            "absolute": reward.tracking_shape == "absolute",
+            "steps": self._steps,
+            "window_start": self.window_start,
+        }
+        for name, value in values.items():
+            self._settings[name] = value
 
     def _step(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> None:
         step_episodes(*self._arguments(part, actions, observations))
@@ -187,76 +235,6 @@ class EpisodeBatch:
             observations[part],
         )
 
-    def info(self) -> dict[str, Any]:
-        """What every step reports, by name, one entry a rig; `reward_terms` is a dictionary of its own."""
-        episodes = self.episodes
-        return {
-            "bit_speed": episodes["state"][:, 2].copy(),
-            "top_speed": episodes["state"][:, 4].copy(),
-            "speed_reference": episodes["speed_reference"].copy(),
-            "speed_target": episodes["speed_target"].copy(),
-            "normal_force": episodes["normal_force"].copy(),
-            "mu_s": episodes["mu_s"].copy(),
-            "mu_k": episodes["mu_k"].copy(),
-            "v_b": episodes["v_b"].copy(),
-            "torque_into_string": episodes["torque_into_string"].copy(),
-            "delay": episodes["delay"].copy(),
-            "reward_terms": {name: episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
-        }
-
-    def starts(self, indices: npt.NDArray[np.intp]) -> list[str]:
-        """How the episodes of some rigs began: stick_slip only where their parameters have it."""
-        return [STARTS[i] for i in self.episodes["start"][indices]]
-
-    def _begin(self, draws: Draws) -> np.ndarray:
-        """The records of n new episodes at their first moment."""
-        friction, target = draws.friction, draws.speed_target
-        contact = friction.as_array(len(target))
-        fresh = np.zeros(len(target), dtype=EPISODE)
-        for column, name in enumerate(("normal_force", "mu_s", "mu_k", "v_b")):
-            fresh[name] = contact[:, column]
-        fresh["speed_target"] = fresh["speed_reference"] = fresh["mean"] = target
-        fresh["load_times"], fresh["load_forces"] = draws.load_times, draws.load_forces
-        fresh["start"] = draws.start
-        low, high = self.delay
-        fresh["delay"] = low + np.minimum((draws.delay * (high - low + 1)).astype(int), high - low)
-        fresh["noise"] = (draws.noise * 2.0**53).astype(np.uint64)
-        fresh["state"][:, :7] = steady_state(self.rig, friction, target)
-        rest = draws.start == REST
-        fresh["state"][rest, :7] = frictionless_state(self.rig, 0.0)
-        fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
-        fresh["string_torque"] = fresh["torque_mean"] = torque_into_string(self.rig, fresh["state"][:, :7])
-        self._settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws.phase)
-        self._hand_over(fresh)
-        return fresh
-
-    def _hand_over(self, fresh: np.ndarray) -> None:
-        """Give the rigs to the gains of the episode's drive, without a jump of the voltage."""
-        state, rig, drive = fresh["state"], self.rig, self.drive
-        error = fresh["speed_reference"] - state[:, 4]
-        fresh["voltage"] = rig.k_p * error + rig.k_i * state[:, 6]
-        if drive is not None:
-            added = drive.compensation(rig) * state[:, 4]
-            state[:, 6] = (fresh["voltage"] - added - drive.k_p * error) / drive.k_i
-
-    def _settle(self, fresh: np.ndarray, indices: npt.NDArray[np.intp], phase: FloatArray) -> None:
-        """Put the rigs at `indices`, now in steady rotation, onto their stick-slip cycle where they have one."""
-        if len(indices) == 0:
-            return
-        cycling = fresh[indices]
-        friction = Friction(*(cycling[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
-        cycling["state"][:, :7] = wound_up(self.rig, friction, cycling["speed_target"])
-        phases = phase[indices]
-
-        def settle(part: slice) -> None:
-            tables = self._start_tables
-            settle_episodes(cycling[part], phases[part], self._settings, tables.rungs, tables.sampling, tables.shift)
-
-        over_slices(settle, len(indices), self.threads, SETTLING_STEPS)
-        found = cycling["start"] == STICK_SLIP
-        fresh[indices[found]] = cycling[found]
-        fresh["start"][indices[~found]] = STEADY
-
 
 def rate_action(wanted: FloatArray, reference: FloatArray, slew_limit: float) -> npt.NDArray[np.float32]:
     """The action, -1 to 1, that takes the speed reference towards a wanted one (rad/s) within a control step; (n, 1).
@@ -265,11 +243,3 @@ def rate_action(wanted: FloatArray, reference: FloatArray, slew_limit: float) ->
     """
     rate = (wanted - reference) / (slew_limit * CONTROL_PERIOD)
     return np.asarray(np.clip(rate, -1.0, 1.0), dtype=np.float32)[:, None]
-
-
-def check_delay(delay: int | tuple[int, int]) -> tuple[int, int]:
-    """A delay in control steps as (lowest, highest). `ValueError` where it is no whole number or too long."""
-    low, high = delay if isinstance(delay, Sequence) else (delay, delay)
-    if not (int(low) == low and int(high) == high and 0 <= low <= high <= LONGEST_DELAY):
-        raise refuse("DrillRig", "delay", delay, "control steps", f"whole, 0 to {LONGEST_DELAY}, or (low, high)")
-    return int(low), int(high)

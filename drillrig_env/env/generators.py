@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium.utils import seeding
 
+from drillrig_env.allowed import Allowed
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.scenario import UNIFORMS
+from drillrig_env.parameters import checked
 
 _HALF = 1 << 64
+_SEEDS = Allowed(low=0, whole=True)
 
 
 class EpisodeGenerators:
@@ -27,6 +31,13 @@ class EpisodeGenerators:
         self._bits = np.random.PCG64(0)
         self._generator = np.random.Generator(self._bits)
 
+    def __getstate__(self) -> np.ndarray:
+        return self.states
+
+    def __setstate__(self, states: np.ndarray) -> None:
+        self.__init__(len(states))  # type: ignore[misc]
+        self.states[:] = states
+
     @property
     def seeded(self) -> bool:
         """Whether the rigs have been given seeds; a PCG64 state is never all zeros."""
@@ -34,9 +45,28 @@ class EpisodeGenerators:
 
     def seed(self, rig: int, seed: int | None) -> int:
         """Give a rig a seed, or fresh entropy for None; returns the seed that was used."""
-        generator, used = seeding.np_random(seed)
+        generator, used = seeding.np_random(check_seed(seed))
         self._keep(rig, generator.bit_generator)
         return used
+
+    def seed_all(self, seed: Any) -> None:
+        """Seed rig i with `seed` + i, or each of a list with its own; None seeds rigs that have no seed yet.
+
+        Raises `ValueError` for another number of seeds, and for what is no whole number >= 0.
+        """
+        begun, rigs = self.seeded, len(self.states)
+        if seed is None and begun:
+            return
+        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str) and np.ndim(seed) == 1:
+            seeds = [check_seed(one) for one in seed]
+        else:
+            first = check_seed(seed)
+            seeds = [None if first is None else first + i for i in range(rigs)]
+        if len(seeds) != rigs:
+            raise ValueError(f"{len(seeds)} seeds are not allowed; allowed: one number, or {rigs}")
+        for rig, one in enumerate(seeds):
+            if one is not None or not begun:
+                self.seed(rig, one)
 
     def uniforms(self, rigs: npt.NDArray[np.intp]) -> FloatArray:
         """The next uniform numbers on [0, 1) for an episode of each of `rigs`; shape (n, UNIFORMS)."""
@@ -52,6 +82,11 @@ class EpisodeGenerators:
     def _keep(self, rig: int, bits: np.random.BitGenerator) -> None:
         state = bits.state["state"]
         self.states[rig] = (*divmod(state["state"], _HALF), *divmod(state["inc"], _HALF))
+
+
+def check_seed(seed: Any) -> int | None:
+    """A seed as Gymnasium takes it, or None. `ValueError` for what is no whole number >= 0."""
+    return None if seed is None else int(checked("DrillRig", "seed", seed, "", _SEEDS))
 
 
 def first_uniforms(first_seed: int, rigs: int) -> FloatArray:

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from math import ceil, cos, pi, sin, tau
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.error import ResetNeeded
 
 from drillrig_env.env import charts
 from drillrig_env.env.charts import BIT, HISTORY, INK, MINUS, MUTED, PAPER, TOP, Point, write
@@ -78,11 +81,13 @@ class RigPicture:
 
     def __init__(self, rig: Rig, record: np.void, window: bool, frame_rate: float) -> None:
         self._fonts = charts.Fonts.load()
+        self._canvas, self._picture = _surfaces()
         self._rig, self._record, self._frame_rate = rig, record, frame_rate
-        self._canvas, self._background = pygame.Surface(_CANVAS, depth=32), pygame.Surface(_CANVAS, depth=32)
-        self._picture = pygame.Surface(SIZE, depth=32)
+        self._background: pygame.Surface | None = None  # painted when it is first needed
         self._window = self._open_window() if window else None
         self._clock = pygame.time.Clock()
+        self._angle = 0.0  # of the top drive, rad
+        self._chart, self._map = charts.speed_axes(1.0), charts.map_axes(1.0)
         self._past: deque[tuple[float, ...]] = deque(maxlen=round(HISTORY / CONTROL_PERIOD) + 1)
 
     @property
@@ -92,14 +97,10 @@ class RigPicture:
 
     def begin(self) -> None:
         """Begin the picture of a new episode, with the map of its friction."""
-        record = self._record
-        loads = record["load_forces"][np.isfinite(record["load_times"])]
-        self._map = charts.map_axes(1.2 * max(30.0, record["normal_force"], *loads))
-        self._chart = charts.speed_axes(2.5 * ceil(record["speed_target"]))
-        self._angle = 0.0  # of the top drive, rad
+        self._angle = 0.0
         self._past.clear()
         self._remember()
-        self._paint_background()
+        self._scale()
         self.show()
 
     def follow(self) -> None:
@@ -109,8 +110,21 @@ class RigPicture:
         fastest = max(self._past[-1][:3])
         if fastest > self._chart.y[1]:
             self._chart = charts.speed_axes(ceil(fastest))
-            self._paint_background()
+            self._background = None
         self.show()
+
+    def memory(self) -> tuple[float, list[tuple[float, ...]]]:
+        """What the picture knows beyond the rig's record: the angle of the top drive (rad) and what the charts show."""
+        return self._angle, list(self._past)
+
+    def recall(self, memory: tuple[float, list[tuple[float, ...]]]) -> None:
+        """Go on from what another picture of such a rig knew, in the window too."""
+        self._angle = memory[0]
+        self._past.clear()
+        self._past.extend(memory[1])
+        if self.began:
+            self._scale()
+            self.show()
 
     def frame(self) -> npt.NDArray[np.uint8]:
         """The picture as RGB, shape (540, 960, 3)."""
@@ -141,12 +155,23 @@ class RigPicture:
         pygame.display.set_caption("DrillRig")
         return pygame.display.set_mode(SIZE)
 
+    def _scale(self) -> None:
+        """Choose the ranges of map and charts for the episode."""
+        record = self._record
+        loads = record["load_forces"][np.isfinite(record["load_times"])]
+        highest_load, fastest = max(30.0, record["normal_force"], *loads), max(max(row[:3]) for row in self._past)
+        self._map = charts.map_axes(1.2 * highest_load)
+        self._chart = charts.speed_axes(max(2.5 * ceil(record["speed_target"]), ceil(fastest)))
+        self._background = None
+
     def _remember(self) -> None:
         record = self._record
         state = record["state"]
         self._past.append(tuple(map(float, (state[2], state[4], record["speed_reference"], record["normal_force"]))))
 
     def _draw(self) -> None:
+        if self._background is None:
+            self._background = self._painted_background()
         self._canvas.blit(self._background, (0, 0))
         self._draw_rig()
         past = np.array(self._past)
@@ -215,12 +240,54 @@ class RigPicture:
             pygame.draw.polygon(self._canvas, INK, [(x, tip), (x - 17, tip - 26), (x + 17, tip - 26)])
         write(self._canvas, self._fonts.small, f"normal force {force:.1f} N", (x + 34, y - 114), "midleft", INK)
 
-    def _paint_background(self) -> None:
+    def _painted_background(self) -> pygame.Surface:
         """What changes with the episode or the range of the strip charts only."""
-        ground = self._background
+        ground = pygame.Surface(_CANVAS, depth=32)
         ground.fill(PAPER)
         for disc in _DISCS:
             write(ground, self._fonts.large, disc.name, (_BESIDE, disc.y), "bottomleft", disc.color)
         friction = (float(self._record[name]) for name in ("mu_s", "mu_k", "v_b"))
         charts.paint_map(ground, self._fonts, self._map, self._rig, *friction)
         charts.paint_speeds(ground, self._fonts, self._chart)
+        return ground
+
+
+class RigPictures:
+    """Pictures of all rigs of a batch, each with its own history; they share what they are drawn on.
+
+    A picture that has been drawn keeps a background of 8 MB.
+    """
+
+    def __init__(self, rig: Rig, episodes: np.ndarray) -> None:
+        self._pictures = [RigPicture(rig, episodes[i], False, 0.0) for i in range(len(episodes))]
+
+    def begin(self, rigs: npt.NDArray[np.intp]) -> None:
+        """Begin the pictures of new episodes in the rigs of these numbers."""
+        for i in rigs:
+            self._pictures[i].begin()
+
+    def follow(self) -> None:
+        """Follow all rigs through one control step."""
+        for picture in self._pictures:
+            picture.follow()
+
+    def frames(self) -> tuple[npt.NDArray[np.uint8], ...]:
+        """The pictures as RGB, each of shape (540, 960, 3). Raises `ResetNeeded` before the first episode."""
+        if not all(picture.began for picture in self._pictures):
+            raise ResetNeeded("there is no episode to draw yet; call reset() first")
+        return tuple(picture.frame() for picture in self._pictures)
+
+    def memory(self) -> list[Any]:
+        """What the pictures know beyond the rigs' records."""
+        return [picture.memory() for picture in self._pictures]
+
+    def recall(self, memory: list[Any]) -> None:
+        """Go on from what other pictures of such rigs knew."""
+        for picture, one in zip(self._pictures, memory, strict=True):
+            picture.recall(one)
+
+
+@lru_cache(maxsize=1)
+def _surfaces() -> tuple[pygame.Surface, pygame.Surface]:
+    """What all pictures are drawn on: a canvas, and the picture that it is halved to."""
+    return pygame.Surface(_CANVAS, depth=32), pygame.Surface(SIZE, depth=32)

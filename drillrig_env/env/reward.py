@@ -12,37 +12,54 @@ against both.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import sqrt
-from typing import Literal
+from pathlib import Path
+from typing import Any, TypeAlias
 
+from drillrig_env.allowed import Allowed, Choice
 from drillrig_env.jit.compiled import inlined
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
+from drillrig_env.parameters import check_fields, parameter
+from drillrig_env.toml import record_of
 
 TERMS = ("variance", "tracking", "action")
 """Names of the reward's terms, in the order of `reward_terms`."""
+
+
+_WEIGHT = Allowed(0.0, 1e6)
+_SHAPE = Choice(("square", "absolute"))
 
 
 @dataclass(frozen=True)
 class Reward:
     """Weights and shape of the reward. Raises `ValueError` for a value that is not allowed."""
 
-    variance: float = 1.0  # w_V
-    tracking: float = 1.0  # w_m
-    action: float = 0.01  # w_a
-    variance_shape: Literal["square", "absolute"] = "square"  # V, or the standard deviation
-    tracking_shape: Literal["square", "absolute"] = "square"  # e^2, or |e|
-    time_constant: float = 2.5  # s, of the running mean and variance: about one stick-slip period
+    variance: float = parameter(1.0, meaning="weight w_V of the variance", allowed=_WEIGHT)
+    tracking: float = parameter(1.0, meaning="weight w_m of the error of the mean", allowed=_WEIGHT)
+    action: float = parameter(0.01, meaning="weight w_a of moving the reference", allowed=_WEIGHT)
+    variance_shape: str = parameter(
+        "square", meaning="V / omega*^2, or its root, the standard deviation", allowed=_SHAPE
+    )
+    tracking_shape: str = parameter("square", meaning="e^2, or |e|", allowed=_SHAPE)
+    time_constant: float = parameter(
+        2.5, "s", "of the running mean and variance: about one stick-slip period", allowed=Allowed(1e-3, 1e6)
+    )
 
     def __post_init__(self) -> None:
-        for name in TERMS:
-            if not NOT_NEGATIVE.holds(getattr(self, name)):
-                raise refuse("Reward", name, getattr(self, name), "", NOT_NEGATIVE)
-        if not POSITIVE.holds(self.time_constant):
-            raise refuse("Reward", "time_constant", self.time_constant, "s", POSITIVE)
-        for name in ("variance_shape", "tracking_shape"):
-            if getattr(self, name) not in ("square", "absolute"):
-                raise refuse("Reward", name, repr(getattr(self, name)), "", "'square' or 'absolute'")
+        check_fields(self)
+
+    @classmethod
+    def of(cls, reward: RewardLike) -> Reward:
+        """A reward as environments take it: None for the default, a `Reward`, a dictionary of changes, or a TOML file.
+
+        Raises `ValueError` for what is none of these, with the closest known name for an unknown field.
+        """
+        return record_of(cls, "reward", reward)
+
+
+RewardLike: TypeAlias = Reward | Mapping[str, Any] | str | Path | None
+"""What `Reward.of` takes."""
 
 
 @inlined

@@ -6,12 +6,17 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from gymnasium import spaces
 
+from drillrig_env.env.attributes import PlaysTask, set_for_all
 from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.generators import EpisodeGenerators
+from drillrig_env.env.generators import EpisodeGenerators, check_seed
+from drillrig_env.env.scenario import pins_of
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.env.vector import check_actions
+from drillrig_env.env.state import EnvironmentState, checked_state
+from drillrig_env.env.task import TaskLike
+from drillrig_env.env.vector import check_actions, pictures_of
 from drillrig_env.extras import missing
 
 try:
@@ -22,49 +27,63 @@ except ImportError as error:
     raise missing("training", "Stable-Baselines3", "agents") from error
 
 
-class DrillRigVecEnv(VecEnv):
-    """N rigs of `DrillRig-v0` for Stable-Baselines3; keyword arguments as for `DrillRigEnv`.
+class DrillRigVecEnv(PlaysTask, VecEnv):
+    """N rigs of `DrillRig-v0` for Stable-Baselines3; arguments as for `DrillRigVectorEnv`.
 
     Rig i with the seed s (an argument, or `seed(s)`) is the single environment with the seed s + i,
     but for rewards, which SB3 holds in float32. An episode's last step begins the next episode; its
     info holds what a `Monitor` would report ("episode": reward r, length l), `is_success`, the
     `terminal_observation` and "TimeLimit.truncated". Other steps have an empty info, since a
     dictionary for every rig would cost more than the physics; `core.info()` has it as arrays.
+
+    What `set_options` pins holds for every episode that begins from then on, those of automatic resets too, until
+    `set_options` is called again (without argument: nothing is pinned). In Stable-Baselines3's own vector
+    environments it holds for the next `reset` alone, and so for one episode of many.
     """
 
-    core: EpisodeBatch
-
-    def __init__(self, num_envs: int = 1, seed: int | None = None, threads: int | None = None, **kwargs: Any) -> None:
-        self.core = EpisodeBatch(num_envs, threads=threads, **kwargs)
-        self.render_mode = None
+    def __init__(
+        self,
+        num_envs: int = 1,
+        task: TaskLike = None,
+        *,
+        seed: int | None = None,
+        threads: int | None = None,
+        render_mode: str | None = None,
+        **fields: Any,
+    ) -> None:
+        self.core = EpisodeBatch(num_envs, task, threads=threads, **fields)
+        self.render_mode = render_mode
         channels = len(self.core.sensors.channels)
         super().__init__(
-            num_envs,
+            len(self.core),
             spaces.Box(-LIMIT, LIMIT, (channels,), np.float32),
             spaces.Box(-1.0, 1.0, (1,), np.float32),
         )
-        self._returns = np.zeros(num_envs)
-        self._empty: list[dict[str, Any]] = [{} for _ in range(num_envs)]
-        self._rates = np.zeros((num_envs, 1), dtype=np.float32)
-        self._generators = EpisodeGenerators(num_envs)
+        self._returns = np.zeros(self.num_envs)
+        self._empty: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        self._rates = np.zeros((self.num_envs, 1), dtype=np.float32)
+        self._everywhere = np.arange(self.num_envs)
+        self._generators = EpisodeGenerators(self.num_envs)
+        self._pictures = pictures_of(self.core, render_mode)
         self.seed(seed)
+
+    def __getstate__(self) -> dict[str, Any]:
+        memory = None if self._pictures is None else self._pictures.memory()
+        return {**self.__dict__, "_pictures": memory}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed rig i with `seed` + i, from the next reset on; None takes fresh entropy."""
-        return [self._generators.seed(i, None if seed is None else seed + i) for i in range(self.num_envs)]
+        first = check_seed(seed)
+        return [self._generators.seed(i, None if first is None else first + i) for i in range(self.num_envs)]
 
     def reset(self) -> VecEnvObs:
         """Begin an episode in every rig; `set_options` has pinned what it pins."""
-        pins = self._options[0]
-        if any(options != pins for options in self._options):
-            raise ValueError(
-                "set_options: options that differ between rigs are not allowed; allowed: one dictionary for all"
-            )
-        everywhere = np.arange(self.num_envs)
-        self.core.reset(everywhere, self._generators.uniforms(everywhere), pins)
+        self._begin(self._everywhere)
         self._reset_seeds()
-        self._reset_options()
-        self._returns[:] = 0.0
         return self.core.observations
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -75,6 +94,8 @@ class DrillRigVecEnv(VecEnv):
         """Step all rigs; rigs whose episode ends begin the next one."""
         core = self.core
         core.step(self._rates)
+        if self._pictures is not None:
+            self._pictures.follow()
         rewards = core.episodes["reward"].astype(np.float32)
         self._returns += core.episodes["reward"]
         ended = core.ended
@@ -91,22 +112,47 @@ class DrillRigVecEnv(VecEnv):
                     "is_success": bool(success[i]),
                     "episode": {"r": float(self._returns[i]), "l": core.steps},
                 }
-            self._returns[indices] = 0.0
-            core.reset(indices, self._generators.uniforms(indices))
+            self._begin(indices)
         return core.observations, rewards, ended, infos
 
     def close(self) -> None:
         """Nothing to release."""
+
+    def get_state(self) -> EnvironmentState:
+        """Everything that the coming steps depend on, the random generators included; see `DrillRigEnv.get_state`."""
+        return self.core.get_state(
+            type(self).__name__,
+            generators=self._generators.states.copy(),
+            returns=self._returns.copy(),
+            options=self._options,
+            picture=None if self._pictures is None else self._pictures.memory(),
+        )
+
+    def set_state(self, state: EnvironmentState) -> None:
+        """Go on from a state that `get_state` gave, here or in another environment of the same task and size.
+
+        Raises `ValueError` for a state of another task, number of rigs or form.
+        """
+        own = checked_state(state, type(self).__name__).own
+        self.core.set_state(state)
+        self._generators.states[:] = own["generators"]
+        self._returns[:] = own["returns"]
+        self._options = own["options"]
+        if self._pictures is not None and own["picture"] is not None:
+            self._pictures.recall(own["picture"])
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of this environment, once for each of `indices`."""
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute for all rigs; rigs share everything but their draws."""
+        """Set an attribute for all rigs, which share everything but their draws; `scenario`, for example.
+
+        Raises `AttributeError` for what cannot be changed (see `change`) and `ValueError` for some rigs only.
+        """
         if len(list(self._get_indices(indices))) != self.num_envs:
             raise ValueError(f"set_attr: {attr_name} for some rigs only is not allowed; allowed: for all")
-        setattr(self, attr_name, value)
+        set_for_all(self, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
         """Call a method of this environment once for each of `indices`."""
@@ -117,5 +163,16 @@ class DrillRigVecEnv(VecEnv):
         return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
     def get_images(self) -> Iterable[np.ndarray | None]:  # type: ignore[override]
-        """No rendering yet."""
-        return [None] * self.num_envs
+        """The rigs as RGB, a frame of shape (540, 960, 3) each, in the mode "rgb_array"; otherwise None for each."""
+        return [None] * self.num_envs if self._pictures is None else self._pictures.frames()
+
+    def _begin(self, rigs: npt.NDArray[np.intp]) -> None:
+        """Begin an episode in the rigs of these numbers, with what is pinned."""
+        self._returns[rigs] = 0.0
+        pinned = np.array([id(options) for options in self._options])[rigs]  # one dictionary for all, or one each
+        for one in dict.fromkeys(pinned.tolist()):
+            some = rigs[pinned == one]
+            pins = pins_of(self._options[some[0]], some, self.num_envs)
+            self.core.reset(some, self._generators.uniforms(some), pins)
+        if self._pictures is not None:
+            self._pictures.begin(rigs)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from drillrig_env.allowed import SHARE, Allowed, Made, Span
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, parameter, refuse
+from drillrig_env.toml import record_of
 
 Start: TypeAlias = Literal["stick_slip", "steady", "rest"]
 STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest")
@@ -23,25 +26,20 @@ MOST_LOAD_STEPS = 8
 UNIFORMS = 12
 """Uniform numbers on [0, 1) that one episode takes from its generator, whatever it uses of them."""
 
-_TARGETS = Allowed(low=0.0, high=LARGEST_REFERENCE, low_open=True)
-_SHARES = Allowed(low=0.0, high=1.0)
+TARGET = Allowed(low=0.01, high=LARGEST_REFERENCE)
+"""Speed targets (rad/s) that are allowed; far below the lowest, the reward's share of the target loses its meaning."""
+
 _PINS: dict[str, tuple[str, Allowed]] = {
     "normal_force": ("N", NOT_NEGATIVE),
     "mu_s": ("", NOT_NEGATIVE),
     "mu_k": ("", NOT_NEGATIVE),
     "v_b": ("s/rad", POSITIVE),
-    "speed_target": ("rad/s", _TARGETS),
+    "speed_target": ("rad/s", TARGET),
 }
 PINS = (*_PINS, "start", "load_steps")
 """The keys that `reset(options=...)` understands."""
 
 _LEAST_MU_RATIO = 1.05
-
-
-def _check_range(name: str, bounds: tuple[float, float], unit: str, allowed: Allowed) -> None:
-    low, high = bounds
-    if not (allowed.holds(np.array([low, high])) and low <= high):
-        raise refuse("Scenario", name, (low, high), unit, f"(low, high) with low <= high, each {allowed}")
 
 
 @dataclass(frozen=True)
@@ -53,34 +51,39 @@ class Scenario:
     Raises `ValueError` for an empty or impossible range or share.
     """
 
-    speed_target: tuple[float, float] = (1.0, 5.0)  # rad/s, drawn
-    target_skew: float = 1.0  # power of the uniform number behind the target: above 1, slow targets are more frequent
-    normal_force: tuple[float, float] = (5.0, 30.0)  # N, drawn
-    spread: float = 0.2  # of mu_s, mu_k and v_b, drawn
-    stick_slip: float = 0.7  # share of episodes that start in developed stick-slip
-    steady: float = 0.2  # share that starts in steady rotation; the rest starts at rest
-    load_step: float = 0.5  # share with one load step, drawn
-    load_force: tuple[float, float] | None = None  # N, what N_1 then steps to, drawn; default as normal_force
-    load_time: tuple[float, float] = (0.0, 1.0)  # share of the episode, drawn
-    friction: Friction = field(default_factory=Friction)  # nominal coefficients
+    speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "the target, drawn", allowed=Span(TARGET))
+    target_skew: float = parameter(
+        1.0,
+        meaning="power of the uniform number behind the target: above 1, slow targets are more frequent",
+        allowed=Allowed(0.0, 100.0, low_open=True),
+    )
+    normal_force: tuple[float, float] = parameter((5.0, 30.0), "N", "N_1, drawn", allowed=Span(NOT_NEGATIVE))
+    spread: float = parameter(
+        0.2, meaning="how far mu_s, mu_k and v_b are drawn from their values", allowed=Allowed(0.0, 1.0, high_open=True)
+    )
+    stick_slip: float = parameter(
+        0.7, meaning="share of episodes that start in developed stick-slip; with `steady` at most 1", allowed=SHARE
+    )
+    steady: float = parameter(
+        0.2, meaning="share that starts in steady rotation; the rest starts at rest", allowed=SHARE
+    )
+    load_step: float = parameter(0.5, meaning="share with one load step, drawn", allowed=SHARE)
+    load_force: tuple[float, float] | None = parameter(
+        None, "N", "what N_1 then steps to, drawn", allowed=Span(NOT_NEGATIVE), none="as normal_force"
+    )
+    load_time: tuple[float, float] = parameter(
+        (0.0, 1.0), meaning="when it steps, as a share of the episode, drawn", allowed=Span(SHARE)
+    )
+    friction: Friction = parameter(
+        factory=Friction,
+        meaning="nominal coefficients",
+        allowed=Made(lambda given: Friction.of(given).single(), "a Friction, or a dictionary of changes to Friction()"),
+    )
 
     def __post_init__(self) -> None:
-        for name, unit, allowed in (("speed_target", "rad/s", _TARGETS), ("normal_force", "N", NOT_NEGATIVE)):
-            _check_range(name, getattr(self, name), unit, allowed)
-        _check_range("load_time", self.load_time, "", _SHARES)
-        if self.load_force is not None:
-            _check_range("load_force", self.load_force, "N", NOT_NEGATIVE)
-        for name, allowed in (
-            ("spread", Allowed(0.0, 1.0, high_open=True)),
-            ("load_step", _SHARES),
-            ("steady", _SHARES),
-        ):
-            if not allowed.holds(getattr(self, name)):
-                raise refuse("Scenario", name, getattr(self, name), "", allowed)
-        if not POSITIVE.holds(self.target_skew):
-            raise refuse("Scenario", "target_skew", self.target_skew, "", POSITIVE)
-        if not _SHARES.holds(self.stick_slip) or self.stick_slip + self.steady > 1.0 + 1e-12:
-            raise refuse("Scenario", "stick_slip", self.stick_slip, "", "0 to 1, and with `steady` at most 1")
+        check_fields(self)
+        if self.stick_slip + self.steady > 1.0 + 1e-12:
+            raise refuse("Scenario", "stick_slip", self.stick_slip, "", f"with steady = {self.steady} at most 1")
 
     @classmethod
     def named(cls, scenario: str | Mapping[str, Any] | Scenario) -> Scenario:
@@ -88,20 +91,18 @@ class Scenario:
 
         `ValueError` for an unknown name or field.
         """
-        if isinstance(scenario, Scenario):
-            return scenario
-        if isinstance(scenario, Mapping):
-            known = [item.name for item in fields(cls)]
-            if "slower" in scenario:
-                warnings.warn("the field `slower` of a scenario is now `target_skew`", DeprecationWarning, stacklevel=2)
-                scenario = {"target_skew" if name == "slower" else name: value for name, value in scenario.items()}
-            for name in scenario:
-                if name not in known:
-                    raise ValueError(f"scenario: unknown field {name!r}; {closest(name, known)}")
-            return cls(**scenario)
-        if scenario not in PRESETS:
-            raise ValueError(f"scenario = {scenario!r} is not known; {closest(scenario, PRESETS)}, or a Scenario(...)")
-        return PRESETS[scenario]
+        if isinstance(scenario, str):
+            if scenario not in PRESETS:
+                hint = f"{closest(scenario, PRESETS)}, or a Scenario(...)"
+                raise ValueError(f"scenario = {scenario!r} is not known; {hint}")
+            return PRESETS[scenario]
+        if not isinstance(scenario, Scenario | Mapping):
+            allowed = f"{', '.join(PRESETS)}, a Scenario, or a dictionary of its fields"
+            raise refuse("DrillRig", "scenario", repr(scenario), "", allowed)
+        if isinstance(scenario, Mapping) and "slower" in scenario:
+            warnings.warn("the field `slower` of a scenario is now `target_skew`", DeprecationWarning, stacklevel=2)
+            scenario = {"target_skew" if name == "slower" else name: value for name, value in scenario.items()}
+        return record_of(cls, "scenario", scenario)
 
     def draw(self, uniforms: FloatArray, duration: float, pins: Mapping[str, Any]) -> Draws:
         """Turn uniform numbers of shape (n, UNIFORMS) into n episodes of `duration` s, pinned as told.
@@ -183,14 +184,19 @@ def check_pins(options: Mapping[str, Any] | None, rigs: int, duration: float) ->
     return pins
 
 
+def pins_of(options: Mapping[str, Any], indices: npt.NDArray[np.intp], rigs: int) -> dict[str, Any]:
+    """The options of some of `rigs` rigs, from options whose lists have one entry for each of them all."""
+    return {
+        key: np.asarray(value)[indices] if key != "load_steps" and np.shape(value) == (rigs,) else value
+        for key, value in options.items()
+    }
+
+
 def _check_number(key: str, value: Any, rigs: int) -> FloatArray:
     unit, allowed = _PINS[key]
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError) as error:
-        raise refuse("reset options", key, repr(value), unit, f"a number {allowed}") from error
-    if not allowed.holds(array):
+    if not allowed.holds(value):
         raise refuse("reset options", key, value, unit, allowed)
+    array = np.asarray(value, dtype=float)
     if array.shape not in ((), (rigs,)):
         raise refuse("reset options", f"shape of {key}", array.shape, "", f"one number, or ({rigs},)")
     return array

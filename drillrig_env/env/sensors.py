@@ -16,13 +16,14 @@ with the noise of the channel.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from drillrig_env import markdown
+from drillrig_env.arrays import Quantity
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
 
@@ -116,6 +117,8 @@ class Sensors:
                     f"sensors = {sensors!r} is not known; {closest(sensors, SENSORS)}, or names of channels"
                 )
             return SENSORS[sensors]
+        if not isinstance(sensors, Iterable):
+            raise refuse("DrillRig", "sensors", repr(sensors), "", f"{', '.join(SENSORS)}, or names of channels")
         names = tuple(sensors)
         for name in names:
             if name not in _BY_NAME:
@@ -147,7 +150,7 @@ class Sensors:
     def _deviations(self, noise: float | Mapping[str, float]) -> list[float]:
         if not isinstance(noise, Mapping):
             if not NOT_NEGATIVE.holds(noise):
-                raise refuse("DrillRig", "noise", noise, "", f"{NOT_NEGATIVE}, or standard deviations by channel")
+                raise refuse("DrillRig", "noise", repr(noise), "", f"{NOT_NEGATIVE}, or standard deviations by channel")
             return [noise * channel.noise for channel in self.channels]
         for name, deviation in noise.items():
             measured = [channel.name for channel in self.channels if channel.measured]
@@ -157,18 +160,36 @@ class Sensors:
                 raise refuse("noise", name, deviation, _BY_NAME[name].unit, NOT_NEGATIVE)
         return [float(noise.get(channel.name, 0.0)) for channel in self.channels]
 
-    def value(self, observation: np.ndarray, name: str) -> np.ndarray:
-        """A channel's physical value from observations of shape (..., channels); shape (...)."""
+    def value(self, observation: np.ndarray, name: str, speed_target: Quantity | None = None) -> np.ndarray:
+        """A channel's physical value from observations of shape (..., channels); shape (...).
+
+        Speeds are seen from the speed target; where these sensors do not show it, give `speed_target` (rad/s).
+        `ValueError` where it is needed and not known, and for a channel that is not there.
+        """
         if name not in self.names:
             raise ValueError(f"the sensors {self.name!r} have no channel {name!r}; {closest(name, self.names)}")
         index = self.names.index(name)
         channel = self.channels[index]
-        offset = self.value(observation, "speed_target") if channel.offset == "target" else channel.offset
+        offset = self._target(observation, speed_target) if channel.offset == "target" else channel.offset
+        if offset is None:
+            raise ValueError(
+                f"{name} is seen from the speed target, which the sensors {self.name!r} do not show; "
+                "give speed_target in rad/s"
+            )
         return np.asarray(np.asarray(observation, dtype=float)[..., index] * channel.scale + offset)
 
-    def values(self, observation: np.ndarray) -> dict[str, np.ndarray]:
-        """All channels' physical values by name."""
-        return {name: self.value(observation, name) for name in self.names}
+    def values(self, observation: np.ndarray, speed_target: Quantity | None = None) -> dict[str, np.ndarray]:
+        """The channels' physical values by name, from observations of shape (..., channels).
+
+        Where neither these sensors nor `speed_target` (rad/s) tell the target, what is seen from it is left out.
+        """
+        known = self._target(observation, speed_target) is not None
+        names = [channel.name for channel in self.channels if known or channel.offset != "target"]
+        return {name: self.value(observation, name, speed_target) for name in names}
+
+    def _target(self, observation: np.ndarray, speed_target: Quantity | None) -> Quantity | None:
+        shown = speed_target is None and "speed_target" in self.names
+        return self.value(observation, "speed_target") if shown else speed_target
 
 
 def _sensors(name: str, channels: Sequence[str], noise: float = 0.0, delay: int = 0) -> Sensors:

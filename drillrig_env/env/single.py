@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import gymnasium as gym
@@ -11,21 +11,45 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from drillrig_env.drive import DriveLike
+from drillrig_env.env.attributes import GymnasiumForm
 from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.env.reward import Reward
-from drillrig_env.env.scenario import UNIFORMS, Scenario
+from drillrig_env.env.generators import check_seed
+from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE
+from drillrig_env.env.scenario import UNIFORMS
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.rig import RigLike
+from drillrig_env.env.state import EnvironmentState, checked_state
+from drillrig_env.env.task import TaskLike
 
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
 _ACTION_SHAPE = (1,)
+_ONLY = np.zeros(1, dtype=np.intp)
+_NOT_YET = np.array(False)
+_BOUND = ("_advance", "_seen", "_numbers", "_counts", "_picture")  # what only holds for the arrays of this very one
 
 
-class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
+def _place(name: str, index: int = 0) -> int:
+    """Where a field of a rig's record stands among its entries of 8 bytes."""
+    fields: Any = EPISODE.fields
+    return int(fields[name][1]) // 8 + index
+
+
+_CHANGING = {
+    "bit_speed": _place("state", 2),
+    "top_speed": _place("state", 4),
+    "speed_reference": _place("speed_reference"),
+    "normal_force": _place("normal_force"),
+    "torque_into_string": _place("torque_into_string"),
+    "reward_variance": _place("terms", 0),
+    "reward_tracking": _place("terms", 1),
+    "reward_action": _place("terms", 2),
+}
+_changing = itemgetter(*_CHANGING.values())
+_REWARD, _STEP = _place("reward"), _place("step")
+
+
+class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     """## Description
     A drill string winds up like a spring: the bit sticks, breaks loose, races at twice its speed and
     sticks again. The environment is a laboratory rig that shows this stick-slip vibration: two discs
@@ -111,30 +135,56 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
     Never terminated; truncated after 60 s. Another `step` needs a `reset` first.
 
     ## Info
-    Every step: `bit_speed`, `top_speed`, `speed_reference`, `speed_target` (rad/s), `normal_force` (N),
-    `torque_into_string` (N m), `mu_s`, `mu_k`, `v_b`, `delay` (control steps), and `reward_terms`, a
-    dictionary of the terms `variance`, `tracking`, `action`. The last step adds `is_success`: whether the
-    last 10 s were calm (max - min of the bit speed below 0.2 of its mean) with a mean within 5 % of the
-    target. A reset also reports `start`, how the episode really began.
+    The same names with the same dtypes at every reset and step, NumPy scalars in the single environment and arrays of
+    shape (num_envs,) in the vector environment:
+
+    | Name | Unit | Meaning |
+    |---|---|---|
+    | `bit_speed`, `top_speed`, `speed_reference`, `speed_target` | rad/s | at the end of the step |
+    | `normal_force` | N | N_1 of the pin during the step |
+    | `mu_s`, `mu_k`, `v_b` | 1, 1, s/rad | friction of the episode |
+    | `torque_into_string` | N m | at the end of the step |
+    | `reward_variance`, `reward_tracking`, `reward_action` | | the terms of the reward, which is their sum |
+    | `delay` | control steps | by which measurements come late in the episode |
+    | `start` | | how the episode really began, an index into `drillrig_env.STARTS` |
+    | `is_success` | | True at the last step of an episode that ends calm at the target |
+
+    Calm at the target: over the last 10 s, max - min of the bit speed below 0.2 of its mean, and a mean within 5 %
+    of the target. An episode that a wrapper cuts short is not judged; `duration`, and `max_episode_steps` of the
+    vector environment, give shorter ones that are, by all there is of their last 10 s.
 
     ## Arguments
-    | Name | Default | Meaning |
-    |---|---|---|
-    | `rig` | `Rig()` | the rig: a `Rig`, a dictionary of changes to the chapter's, or the path of a TOML file |
-    | `scenario` | `"default"` | `"nominal"` (10 N), `"default"`, `"wide"`, a `Scenario` or a dictionary of its fields |
-    | `sensors` | by id | `"state"`, `"encoders"`, `"surface"`, or names of channels |
-    | `noise` | by sensors | 0 for none, 1 for the standard noise, or deviations by channel |
-    | `delay` | by sensors | control steps by which measurements come late, or a range (low, high) |
-    | `reward` | `Reward()` | weights and shape of the reward, or a dictionary of its fields |
-    | `slew_limit` | `2.0` | largest rate of the speed reference, rad/s^2 |
-    | `drive` | the rig's | `Drive(k_p, k_i, back_emf_share)`, a dictionary of its fields, or these numbers alone |
-    | `duration` | `60.0` | length of an episode, s |
-    | `render_mode` | `None` | `"rgb_array"` or `"human"`, a window; both need the extra `render` |
+    Fields of a `Task`, which may be given as `task`, by their names, or both:
 
+    | Name | Default | Unit | Meaning | Allowed |
+    |---|---|---|---|---|
+    | `rig` | `Rig()` | | the rig | a `Rig`, a dictionary of changes to the chapter's, or a TOML file |
+    | `scenario` | `"default"` | | what an episode draws | `"nominal"`, `"default"`, `"wide"`, or a `Scenario` |
+    | `sensors` | by id | | what is seen | `"state"`, `"encoders"`, `"surface"`, or names of channels |
+    | `noise` | by sensors | | noise of the measurements | 0 for none, 1 for the standard, or deviations by channel |
+    | `delay` | by sensors | control steps | by which measurements come late | 0 to 10, or a range (low, high), drawn |
+    | `reward` | `Reward()` | | weights and shape of the reward | a `Reward`, or changes to the default |
+    | `slew_limit` | `2.0` | rad/s^2 | largest rate of the speed reference | > 0 and <= 1000 |
+    | `drive` | the rig's | | the drive's speed loop | `Drive(k_p, k_i, back_emf_share)`, or its fields |
+    | `duration` | `60.0` | s | length of an episode | a multiple of 0.1, at most 100000 |
+
+    Besides, `render_mode` is `"rgb_array"` or `"human"`, a window; both need the extra `render`.
     `gym.make_vec("DrillRig-v0", num_envs=N)` steps N rigs in one compiled call.
 
+    `scenario`, `reward` and `slew_limit` can be given anew while the environment lives, for a curriculum: as
+    attributes of `env.unwrapped`, by `env.set_wrapper_attr`, `set_attr` of vector environments, or the method
+    `change(scenario=..., ...)`. Reward and slew limit hold from the next step on, the scenario from the next
+    episode on. Setting any other of the fields raises an `AttributeError`.
+
+    ## Copies and states
+    `copy.deepcopy` and `pickle` give an environment that goes on bit for bit like this one, and apart from it; a copy
+    of one that shows a window shows none. `get_state()` and `set_state(state)` do the same within one environment or
+    between several of the same task, at less cost: for search and planning.
+
     ## Version History
-    * v0: initial version
+    * v0: initial version. Before the first release on an index, infos became flat: `reward_terms` is now
+      `reward_variance`, `reward_tracking` and `reward_action`; `start` (a number now) and `is_success` are in every
+      info; `drive_gains` is now `drive`; arguments are given by name.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
@@ -142,59 +192,54 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         "render_fps": round(1.0 / CONTROL_PERIOD),
     }
 
-    def __init__(
-        self,
-        rig: RigLike = None,
-        scenario: str | Mapping[str, Any] | Scenario = "default",
-        sensors: str | Sequence[str] = "state",
-        reward: Reward | Mapping[str, Any] | None = None,
-        slew_limit: float = SLEW_LIMIT,
-        duration: float = 60.0,
-        render_mode: str | None = None,
-        *,
-        noise: float | Mapping[str, float] | None = None,
-        delay: int | tuple[int, int] | None = None,
-        drive: DriveLike = None,
-    ) -> None:
+    def __init__(self, task: TaskLike = None, *, render_mode: str | None = None, **fields: Any) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             allowed = ", ".join(self.metadata["render_modes"])
             raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None, {allowed}")
-        self.core = EpisodeBatch(
-            1,
-            rig,
-            scenario,
-            sensors,
-            reward,
-            slew_limit,
-            duration,
-            threads=1,
-            noise=noise,
-            delay=delay,
-            drive=drive,
-        )
-        self.sensors = self.core.sensors
+        self.core = EpisodeBatch(1, task, threads=1, **fields)
         self.render_mode = render_mode
         self.action_space = spaces.Box(-1.0, 1.0, _ACTION_SHAPE, np.float32)
         self.observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
-        self._steps = self.core.steps
         self._action = np.zeros((1, 1), dtype=np.float32)
+        self._steps, self._info = self.core.steps, dict[str, Any]()
+        self._bind()
+
+    def __getstate__(self) -> dict[str, Any]:
+        self.core.observations = self._seen[None].copy()
+        state = {name: value for name, value in self.__dict__.items() if name not in _BOUND}
+        if self.render_mode == "human":  # there is one window, and it is not the copy's
+            return {**state, "render_mode": None}
+        return {**state, "_memory": None if self._picture is None else self._picture.memory()}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        memory = state.pop("_memory", None)
+        self.__dict__.update(state)
+        self._bind()
+        self._seen[:] = self.core.observations[0]
+        if self._picture is not None:
+            self._picture.recall(memory)
+
+    def _bind(self) -> None:
+        """Make what stands on the arrays of this very environment; a copy has others."""
         seen = np.zeros((1, len(self.sensors.channels)), dtype=np.float32)
         self._advance, self._seen = self.core.bound_step(self._action, seen), seen[0]
         record = self.core.episodes[0]
-        self._numbers, self._counts = (_view(record, *names) for names in (("state", "terms"), ("step", "delay")))
-        self._picture = None if render_mode is None else self._make_picture(record)
+        entries = record.dtype.itemsize // 8
+        self._numbers: np.ndarray = np.ndarray(entries, np.float64, buffer=record.data)
+        self._counts: np.ndarray = np.ndarray(entries, np.int64, buffer=record.data)
+        self._picture = None if self.render_mode is None else self._make_picture(record)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
         """Begin an episode; `options` pins what would be drawn (see the class)."""
-        super().reset(seed=seed)
-        only = np.zeros(1, dtype=np.intp)
-        self.core.reset(only, self.np_random.random((1, UNIFORMS)), options)
+        super().reset(seed=check_seed(seed))
+        self.core.reset(_ONLY, self.np_random.random((1, UNIFORMS)), options)
+        self._seen[:] = self.core.observations[0]
         if self._picture is not None:
             self._picture.begin()
-        _, info = self._reward_and_info()
-        return self.core.observations[0], {**info, "start": self.core.starts(only)[0]}
+        self._keep_info()
+        return self.core.observations[0], self._next_info()
 
     def step(
         self, action: npt.NDArray[np.float32]
@@ -203,19 +248,44 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
         rate = np.asarray(action)
         if rate.shape != _ACTION_SHAPE:
             raise ValueError(f"action of shape {rate.shape} is not allowed; allowed: shape {_ACTION_SHAPE}, -1 to 1")
-        self._action[0, 0] = value = rate.item()
-        if value != value:
+        value = rate.item()
+        if (type(value) is not float and type(value) is not int) or value != value:
             raise ValueError(f"action = {rate} is not allowed; allowed: a number from -1 to 1")
-        if self._counts.item(0) >= self._steps:
+        self._action[0, 0] = value
+        if self._counts.item(_STEP) >= self._steps:
             raise ResetNeeded(f"the episode of {self._steps} steps is over, or none has begun; call reset() first")
         self._advance()
         if self._picture is not None:
             self._picture.follow()
-        reward, info = self._reward_and_info()
-        truncated = self._counts.item(0) >= self._steps
+        info = self._next_info()
+        truncated = self._counts.item(_STEP) >= self._steps
         if truncated:
-            info["is_success"] = bool(self.core.mitigated[0])
-        return self._seen.copy(), reward, False, truncated, info
+            info["is_success"] = self.core.mitigated[0, ...]
+        return self._seen.copy(), self._numbers.item(_REWARD), False, truncated, info
+
+    def get_state(self) -> EnvironmentState:
+        """Everything that the coming steps depend on, the random generator included; `set_state` comes back to it."""
+        generator = None if self._np_random is None else self._np_random.bit_generator.state
+        memory = None if self._picture is None else self._picture.memory()
+        self.core.observations = self._seen[None].copy()
+        return self.core.get_state(type(self).__name__, generator=generator, seed=self._np_random_seed, picture=memory)
+
+    def set_state(self, state: EnvironmentState) -> None:
+        """Go on from a state that `get_state` gave, here or in another environment of the same task.
+
+        Raises `ValueError` for a state of another task or form.
+        """
+        own = checked_state(state, type(self).__name__).own
+        self.core.set_state(state)
+        self._seen[:] = self.core.observations[0]
+        if own["generator"] is None:
+            self._np_random = None
+        else:
+            self.np_random.bit_generator.state = own["generator"]
+        self._np_random_seed = own["seed"]
+        if self._picture is not None and own["picture"] is not None:
+            self._picture.recall(own["picture"])
+        self._keep_info()
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """The rig as RGB of shape (540, 960, 3) in the mode "rgb_array"; otherwise None.
@@ -246,27 +316,21 @@ class DrillRigEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
 
         return RigPicture(self.core.rig, record, self.render_mode == "human", self.metadata["render_fps"])
 
-    def _reward_and_info(self) -> tuple[float, dict[str, Any]]:
-        _, _, bit, _, top, _, _, _, reference, target, force, mu_s, mu_k, v_b, torque, reward, *terms = (
-            self._numbers.tolist()
-        )
-        return reward, {
-            "bit_speed": bit,
-            "top_speed": top,
-            "speed_reference": reference,
-            "speed_target": target,
-            "normal_force": force,
-            "mu_s": mu_s,
-            "mu_k": mu_k,
-            "v_b": v_b,
-            "torque_into_string": torque,
-            "delay": self._counts.item(1),
-            "reward_terms": {"variance": terms[0], "tracking": terms[1], "action": terms[2]},
-        }
+    def _keep_info(self) -> None:
+        """Keep what every info of the episode says alike; making numbers costs more than the physics of a step."""
+        self._info = {name: values[0] for name, values in self.core.info().items()}
 
-
-def _view(record: np.void, first: str, last: str) -> np.ndarray:
-    """The numbers from one field of a rig's record to another, as an array that follows the record as it changes."""
-    fields: Any = record.dtype.fields
-    begin, (dtype, end) = fields[first][1], fields[last][:2]
-    return np.ndarray((end + dtype.itemsize - begin) // 8, dtype.base, buffer=record.data, offset=begin)
+    def _next_info(self) -> dict[str, Any]:
+        info = self._info.copy()
+        (
+            info["bit_speed"],
+            info["top_speed"],
+            info["speed_reference"],
+            info["normal_force"],
+            info["torque_into_string"],
+            info["reward_variance"],
+            info["reward_tracking"],
+            info["reward_action"],
+        ) = _changing(self._numbers)
+        info["is_success"] = _NOT_YET.copy()
+        return info

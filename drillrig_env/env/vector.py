@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
+import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
@@ -12,93 +13,84 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from drillrig_env.drive import DriveLike
+from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import EpisodeBatch, Observations
 from drillrig_env.env.generators import EpisodeGenerators
-from drillrig_env.env.kernel import SLEW_LIMIT
-from drillrig_env.env.reward import Reward
-from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.rig import RigLike
+from drillrig_env.env.state import EnvironmentState, checked_state
+from drillrig_env.env.task import TaskLike
+
+if TYPE_CHECKING:
+    from drillrig_env.env.rendering import RigPictures
 
 Step = tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
+Seeds = int | Sequence[int | None] | npt.NDArray[np.integer] | None
 
 
-class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
-    """N rigs of `DrillRig-v0` side by side; `DrillRigEnv` describes spaces, reward and arguments.
+class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+    """N rigs of `DrillRig-v0` side by side; `DrillRigEnv` describes spaces, reward, infos and arguments.
 
     Rig i with the seed s is, bit for bit, the single environment with the seed s + i, whatever the
     number of rigs and `threads` (default: all cores).
 
     `autoreset_mode` is Gymnasium's: the step after an episode's last begins the next one (NEXT_STEP,
     the default), or that last step itself does and leaves `final_obs` and `final_info` (SAME_STEP),
-    or `reset(options={"reset_mask": mask})` does (DISABLED).
+    or `reset(options={"reset_mask": mask})` does (DISABLED). `max_episode_steps` ends episodes before their
+    `duration` does.
     """
 
     def __init__(
         self,
         num_envs: int = 1,
-        rig: RigLike = None,
-        scenario: str | Mapping[str, Any] | Scenario = "default",
-        sensors: str | Sequence[str] = "state",
-        reward: Reward | Mapping[str, Any] | None = None,
-        slew_limit: float = SLEW_LIMIT,
-        duration: float = 60.0,
+        task: TaskLike = None,
+        *,
         threads: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
-        *,
-        noise: float | Mapping[str, float] | None = None,
-        delay: int | tuple[int, int] | None = None,
-        drive: DriveLike = None,
+        **fields: Any,
     ) -> None:
-        if render_mode is not None:
-            raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None")
-        self.core = EpisodeBatch(
-            num_envs,
-            rig,
-            scenario,
-            sensors,
-            reward,
-            slew_limit,
-            duration,
-            threads,
-            noise=noise,
-            delay=delay,
-            drive=drive,
-        )
-        self.sensors = self.core.sensors
-        self.num_envs = num_envs
+        self.core = EpisodeBatch(num_envs, task, threads=threads, **fields)
+        self.num_envs = len(self.core)
         self.render_mode = render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.metadata = {
+            "render_modes": ["rgb_array"],
+            "render_fps": round(1.0 / CONTROL_PERIOD),
+            "autoreset_mode": self.autoreset_mode,
+        }
         self.single_action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.single_observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
-        self.action_space = batch_space(self.single_action_space, num_envs)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self._generators = EpisodeGenerators(num_envs)
-        self._everywhere = np.ones(num_envs, dtype=np.bool_)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self._generators = EpisodeGenerators(self.num_envs)
+        self._everywhere = np.ones(self.num_envs, dtype=np.bool_)
+        self._pictures = pictures_of(self.core, render_mode)
+
+    def __getstate__(self) -> dict[str, Any]:
+        memory = None if self._pictures is None else self._pictures.memory()
+        return {**self.__dict__, "_pictures": memory}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
 
     def reset(
-        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
         """Begin an episode in every rig, or in those of `options["reset_mask"]`.
 
         `seed` s gives rig i the seed s + i; a list gives each its own. `options` are those of the
-        single environment, with one number for all or one a rig that is reset.
+        single environment, with one number for all or one a rig that is reset; as in Gymnasium they hold
+        for the episodes that begin now.
         """
-        self._seed(seed)
+        self._generators.seed_all(seed)
         pins = dict(options or {})
         mask = np.asarray(pins.pop("reset_mask", self._everywhere))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f"reset_mask of shape {mask.shape} and {mask.dtype}; allowed: ({self.num_envs},) and bool")
-        begun = np.flatnonzero(mask)
-        if len(begun):
-            self.core.reset(begun, self._generators.uniforms(begun), pins)
-        info = self._info()
-        info["start"], info["_start"] = np.full(self.num_envs, "", dtype="<U10"), mask
-        info["start"][begun] = self.core.starts(begun)
-        return self.core.observations, info
+        self._begin(np.flatnonzero(mask), pins)
+        return self.core.observations, self._info()
 
     def step(self, actions: npt.NDArray[np.float32]) -> Step:
         """Step all rigs; `actions` of shape (num_envs, 1), clipped to +-1. NaN is a `ValueError`."""
@@ -108,54 +100,110 @@ class DrillRigVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], np.ndar
         if over.any() and (self.autoreset_mode != AutoresetMode.NEXT_STEP or not self._generators.seeded):
             raise ResetNeeded(f"the episode of rig {int(np.argmax(over))} is over, or none has begun; reset it first")
         core.step(rates)
+        if self._pictures is not None:
+            self._pictures.follow()
         rewards = core.episodes["reward"].copy()
         if over.any():
-            begun = np.flatnonzero(over)
-            core.reset(begun, self._generators.uniforms(begun))
-            rewards[begun] = 0.0
+            self._begin(np.flatnonzero(over))
+            rewards[over] = 0.0
         truncated = core.ended
         info = self._info()
-        if truncated.any():
-            info["is_success"], info["_is_success"] = core.mitigated & truncated, truncated
-            if self.autoreset_mode == AutoresetMode.SAME_STEP:
-                self._begin_next(truncated, info)
+        if truncated.any() and self.autoreset_mode == AutoresetMode.SAME_STEP:
+            final = {
+                "final_obs": core.observations,
+                "_final_obs": truncated,
+                "final_info": info,
+                "_final_info": truncated,
+            }
+            self._begin(np.flatnonzero(truncated))
+            info = {**self._info(), **final}
         return core.observations, rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
 
-    def _begin_next(self, ended: npt.NDArray[np.bool_], info: dict[str, Any]) -> None:
-        """Keep the last observations and info of ended episodes, and begin the next ones."""
-        final_info = dict(info)
-        final = self.core.observations
-        begun = np.flatnonzero(ended)
-        self.core.reset(begun, self._generators.uniforms(begun))
-        info.clear()
-        info.update(self._info())
-        info["final_obs"], info["_final_obs"] = final, ended
-        info["final_info"], info["_final_info"] = final_info, ended
+    def get_state(self) -> EnvironmentState:
+        """Everything that the coming steps depend on, the random generators included; see `DrillRigEnv.get_state`."""
+        memory = None if self._pictures is None else self._pictures.memory()
+        return self.core.get_state(type(self).__name__, generators=self._generators.states.copy(), picture=memory)
+
+    def set_state(self, state: EnvironmentState) -> None:
+        """Go on from a state that `get_state` gave, here or in another environment of the same task and size.
+
+        Raises `ValueError` for a state of another task, number of rigs or form.
+        """
+        own = checked_state(state, type(self).__name__).own
+        self.core.set_state(state)
+        self._generators.states[:] = own["generators"]
+        if self._pictures is not None and own["picture"] is not None:
+            self._pictures.recall(own["picture"])
+
+    def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
+        """A method of this environment, called once, or an attribute; the result once for each rig."""
+        found = getattr(self, name)
+        return (found(*args, **kwargs) if callable(found) else found,) * self.num_envs
+
+    def get_attr(self, name: str) -> tuple[Any, ...]:
+        """An attribute of this environment, once for each rig."""
+        return self.call(name)
+
+    def set_attr(self, name: str, values: Any) -> None:
+        """Set an attribute for all rigs, which share everything but their draws; `scenario`, for example.
+
+        `values` is one value, or a list or tuple of it, once for each rig. Raises `AttributeError` for what cannot
+        be changed (see `change`) and `ValueError` for values that differ or are not allowed.
+        """
+        if isinstance(values, list | tuple):
+            if len(values) != self.num_envs or any(value != values[0] for value in values):
+                raise ValueError(f"set_attr: {name} that differs between rigs is not allowed; allowed: one for all")
+            values = values[0]
+        set_for_all(self, name, values)
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...] | None:
+        """The rigs as RGB, a frame of shape (540, 960, 3) each, in the mode "rgb_array"; otherwise None.
+
+        Raises `ResetNeeded` before the first episode.
+        """
+        if self._pictures is not None:
+            return self._pictures.frames()
+        gym.logger.warn(
+            "render() does nothing without a render_mode; name one when the environment is made, "
+            'for example gym.make_vec("DrillRig-v0", num_envs=2, render_mode="rgb_array")'
+        )
+        return None
+
+    def _begin(self, rigs: npt.NDArray[np.intp], pins: dict[str, Any] | None = None) -> None:
+        """Begin an episode in the rigs of these numbers."""
+        if len(rigs) == 0:
+            return
+        self.core.reset(rigs, self._generators.uniforms(rigs), pins)
+        if self._pictures is not None:
+            self._pictures.begin(rigs)
 
     def _info(self) -> dict[str, Any]:
         info = self.core.info()
         return {**info, **{f"_{name}": self._everywhere for name in info}}
 
-    def _seed(self, seed: int | Sequence[int | None] | None) -> None:
-        begun = self._generators.seeded
-        if seed is None and begun:
-            return
-        if seed is None:
-            seeds: list[int | None] = [None] * self.num_envs
-        else:
-            seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else list(seed)
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"{len(seeds)} seeds are not allowed; allowed: one number, or {self.num_envs}")
-        for rig, one in enumerate(seeds):
-            if one is not None or not begun:
-                self._generators.seed(rig, one)
+
+def pictures_of(core: EpisodeBatch, render_mode: str | None, memory: list[Any] | None = None) -> RigPictures | None:
+    """The pictures of a batch that is rendered, going on from what others knew. `ValueError` for an unknown mode."""
+    if render_mode is None:
+        return None
+    if render_mode != "rgb_array":
+        raise ValueError(f"render_mode = {render_mode!r} is not known for many rigs; allowed: None, rgb_array")
+    from drillrig_env.env.rendering import RigPictures
+
+    pictures = RigPictures(core.rig, core.episodes)
+    if memory is not None:
+        pictures.recall(memory)
+    return pictures
 
 
 def check_actions(actions: npt.NDArray[np.float32], rigs: int) -> npt.NDArray[np.float32]:
-    """Actions as float32 of shape (rigs, 1). `ValueError` for another shape or NaN, which names the rig."""
-    rates = np.ascontiguousarray(actions, dtype=np.float32)
-    if rates.shape != (rigs, 1):
-        raise ValueError(f"actions of shape {rates.shape} are not allowed; allowed: shape ({rigs}, 1), -1 to 1")
+    """Actions as float32 of shape (rigs, 1). `ValueError` for another shape, no numbers and NaN, with its rig."""
+    given = np.asarray(actions)
+    if given.shape != (rigs, 1):
+        raise ValueError(f"actions of shape {given.shape} are not allowed; allowed: shape ({rigs}, 1), -1 to 1")
+    if given.dtype.kind not in "fiu":
+        raise ValueError(f"actions of {given.dtype} are not allowed; allowed: numbers from -1 to 1")
+    rates = np.ascontiguousarray(given, dtype=np.float32)
     bad = np.isnan(rates)
     if bad.any():
         raise ValueError(f"action = nan for rig {int(np.argmax(bad))} is not allowed; allowed: a number from -1 to 1")

@@ -80,7 +80,7 @@ def run(
     `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`.
     """
     arguments = {**env, **suite.env, "drive": drive_of(policy)}
-    core = EpisodeBatch(suite.rigs, rig, suite.scenario, sensors, threads=threads, **arguments)
+    core = EpisodeBatch(suite.rigs, rig=rig, scenario=suite.scenario, sensors=sensors, threads=threads, **arguments)
     uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0
     for count, options in suite.groups:

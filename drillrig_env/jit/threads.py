@@ -12,7 +12,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from itertools import pairwise
 
-from drillrig_env.parameters import refuse
+from drillrig_env.allowed import COUNT
+from drillrig_env.parameters import checked
 
 _PERIODS_WORTH_A_THREAD = 192
 """Waking another thread takes as long as some hundred periods of 0.1 s of a rig."""
@@ -24,12 +25,10 @@ def available_threads() -> int:
 
 
 def check_threads(threads: int | None) -> int:
-    """The number of threads to use: `threads`, or all cores where it is None. `ValueError` below 1."""
+    """The number of threads to use: `threads`, or all cores where it is None. `ValueError` for any other."""
     if threads is None:
         return available_threads()
-    if threads < 1:
-        raise refuse("threads", "threads", threads, "", ">= 1")
-    return int(threads)
+    return int(checked("threads", "threads", threads, "", COUNT))
 
 
 def over_slices(kernel: Callable[[slice], object], rigs: int, threads: int, periods: int = 1) -> None:

@@ -75,7 +75,7 @@ def test_one_pinned_coefficient_keeps_the_other_possible(pins):
         ({"normal_force": -3.0}, ["normal_force", "-3.0 N", ">= 0"]),
         ({"normal_force": "heavy"}, ["normal_force", "heavy", "N"]),
         ({"normal_force": [1.0, 2.0]}, ["shape of normal_force", "(2,)", "(3,)"]),
-        ({"speed_target": 0.0}, ["speed_target", "rad/s", "> 0", "<= 10"]),
+        ({"speed_target": 0.0}, ["speed_target", "rad/s", ">= 0.01", "<= 10"]),
         ({"speed_target": 11.0}, ["speed_target", "11.0"]),
         ({"v_b": float("nan")}, ["v_b", "nan", "s/rad"]),
         ({"mu_s": 0.1, "mu_k": 0.3}, ["mu_s", "mu_k = 0.3"]),

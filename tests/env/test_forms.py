@@ -157,49 +157,6 @@ def test_vector_and_sb3_refuse_bad_actions(bad):
         vec_env.step(bad)
 
 
-def test_info_has_the_names_that_others_rely_on():
-    env = gym.make("DrillRig-v0")
-    _, info = env.reset(seed=3, options={"normal_force": 20.0, "speed_target": 3.0, "start": "stick_slip"})
-    assert info["start"] == "stick_slip"
-    assert (info["normal_force"], info["speed_target"]) == (20.0, 3.0)
-    observation, reward, _, _, info = env.step(np.zeros(1, np.float32))
-    names = {
-        "bit_speed",
-        "top_speed",
-        "speed_reference",
-        "speed_target",
-        "normal_force",
-        "torque_into_string",
-        "reward_terms",
-    }
-    assert names <= set(info)
-    assert sum(info["reward_terms"].values()) == pytest.approx(reward)
-    sensors = env.unwrapped.sensors
-    for name in ("bit_speed", "top_speed", "speed_reference", "speed_target"):
-        assert sensors.value(observation, name) == pytest.approx(info[name], abs=1e-5)
-    for _ in range(599):
-        assert "is_success" not in info
-        *_, truncated, info = env.step(np.zeros(1, np.float32))
-    assert truncated
-    assert info["is_success"] is False
-    with pytest.raises(ResetNeeded, match="600 steps is over"):
-        env.step(np.zeros(1, np.float32))
-
-
-def test_vector_info_and_end_of_episode():
-    env = gym.make_vec("DrillRig-v0", num_envs=4, duration=1.0, autoreset_mode="SameStep")
-    env.reset(seed=0)
-    for _ in range(10):
-        observations, _, terminated, truncated, info = env.step(np.zeros((4, 1), np.float32))
-        assert info["bit_speed"].shape == (4,)
-        assert info["_bit_speed"].all()
-    assert truncated.all()
-    assert not terminated.any()
-    assert info["_final_obs"].all()
-    assert info["final_info"]["is_success"].shape == (4,)
-    assert not np.array_equal(info["final_obs"], observations)
-
-
 def test_vector_resets_under_a_mask_when_autoreset_is_off():
     env = gym.make_vec("DrillRig-v0", num_envs=3, duration=0.2, autoreset_mode="Disabled")
     env.reset(seed=0)
