@@ -43,7 +43,7 @@ def test_each_variant_changes_what_it_says_and_nothing_else():
 def test_without_statistics_the_surface_is_as_noisy_and_late_as_before():
     kwargs = [config_of(name)["env_kwargs"] for name in ("surface", "surface_no_statistics")]
     whole, less = (batch_of(make_environment("DrillRigSurface-v0", 1, 0, one)).core for one in kwargs)
-    assert whole.delay == less.delay
+    assert whole.task.delays == less.task.delays
     kept = [name in less.sensors.names for name in whole.sensors.names]
     np.testing.assert_array_equal(whole._layout["noise"][kept], less._layout["noise"])
 
