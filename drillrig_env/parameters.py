@@ -72,7 +72,8 @@ def checked(where: str, name: str, value: Any, unit: str, allowed: Kind) -> Any:
     except (ValueError, TypeError, OverflowError) as error:
         if str(error) and isinstance(error, ValueError) and not isinstance(allowed, _NUMERIC):
             raise ValueError(f"{where}: {name}: {error}") from error
-        raise refuse(where, name, value, unit, allowed) from error
+        text = isinstance(value, str) and not isinstance(allowed, _NUMERIC)
+        raise refuse(where, name, repr(value) if text else value, unit, allowed) from error
 
 
 def check_fields(instance: Any, where: str | None = None) -> None:

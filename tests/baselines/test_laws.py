@@ -25,7 +25,8 @@ def test_who_leaves_the_reference_alone_wants_the_target(policy):
 @pytest.mark.parametrize(("proportional", "integral"), [(0.138, 0.0222), (0.3, 0.1)])
 def test_soft_drive_puts_the_torque_into_the_shaft_that_its_gains_say(proportional, integral):
     """K_p = eta K_T k_p / R + eta^2 C_m and K_i = eta K_T k_i / R, with the back-EMF made up for."""
-    k_p, k_i, *share = SoftTorque(proportional=proportional, integral=integral).drive_gains
+    drive = SoftTorque(proportional=proportional, integral=integral).drive
+    k_p, k_i, *share = drive.k_p, drive.k_i, drive.back_emf_share
     assert RIG.eta * RIG.K_T * k_p / RIG.R + RIG.eta**2 * RIG.C_m == pytest.approx(proportional)
     assert RIG.eta * RIG.K_T * k_i / RIG.R == pytest.approx(integral)
     assert share == [1.0]
@@ -33,7 +34,7 @@ def test_soft_drive_puts_the_torque_into_the_shaft_that_its_gains_say(proportion
 
 def test_soft_drive_cannot_be_softer_than_the_motor_itself():
     least = RIG.eta**2 * RIG.C_m
-    assert SoftTorque(proportional=least).drive_gains[0] == pytest.approx(0.0)
+    assert SoftTorque(proportional=least).drive.k_p == pytest.approx(0.0)
     with pytest.raises(ValueError, match="proportional"):
         SoftTorque(proportional=0.99 * least)
     with pytest.raises(ValueError, match="integral"):

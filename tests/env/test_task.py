@@ -98,7 +98,7 @@ def test_the_id_says_which_sensors_unless_they_are_given():
         ({"reward": {"varianc": 1.0}}, "unknown key varianc = 1.0; did you mean variance"),
         ({"reward": lambda: 0.0}, "reward = <function"),
         ({"reward": {"variance": 1e300}}, "variance = 1e.300"),
-        ({"reward": {"variance_shape": "cubic"}}, "variance_shape = cubic .* 'square' or 'absolute'"),
+        ({"reward": {"variance_shape": "cubic"}}, "variance_shape = 'cubic' .* 'square' or 'absolute'"),
         ({"reward": {"time_constant": 1e-300}}, "time_constant = 1e-300 s"),
         ({"slew_limit": 0.0}, "slew_limit = 0.0 rad/s"),
         ({"slew_limit": "2"}, "slew_limit = '2' is text"),
