@@ -4,111 +4,110 @@
     python train.py ppo --n-timesteps 10000000 --seed 3
     python train.py ppo --env DrillRigSurface-v0 --seeds 5 --jobs 2
     python train.py sac --hyperparams batch_size:256 gamma:0.98
+    python train.py --rig my_rig.toml                      # on a rig of your own
     python train.py --resume runs/ppo_1                    # go on after Ctrl-C
     python eval.py constant jump_ease runs/ppo_1           # then compare it
 
 Flags are named as in rl-zoo3 where there is one. Ctrl-C finishes the rollout, saves and stops; a second
-one stops at once, and training can go on from the last checkpoint.
+one stops at once, and training can go on from the last checkpoint. Exit codes: 0 done, 1 failed, 2 the
+arguments are not allowed, 130 stopped by Ctrl-C, 143 by SIGTERM.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from agents.policy.run_folder import is_run
-from agents.training.hyperparameters import ALGORITHMS
+from agents.training.hyperparameters import ALGORITHMS, read_yaml
 from agents.training.seeds import resume_seeds, train_seeds
-from agents.training.train import Training, resume, train
+from agents.training.settings import Training
+from agents.training.train import resume, train
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import add_fields, add_rig_argument, of_kind
+
+_FLAGS = {
+    "env_id": ("--env",),
+    "n_timesteps": ("-n", "--n-timesteps"),
+    "log_folder": ("-f", "--log-folder"),
+    "conf_file": ("-conf", "--conf-file"),
+}
+_PAIRS = {"hyperparams": ("-params", "--hyperparams"), "env_kwargs": ("--env-kwargs",)}
+"""Flags of the fields of `Training` that are not just the field's name."""
+
+_WITH_RESUME = ("resume", "threads", "jobs", "progress")
 
 
-def main(given: Sequence[str] | None = None) -> int:
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "python train.py") -> None:
     """Parse the command line and train."""
-    parser = argument_parser()
-    arguments = parser.parse_args(given)
+    parser = argument_parser(prog)
+    given = {name: value for name, value in vars(parser.parse_args(arguments)).items() if value is not None}
     try:
-        folder = run(arguments)
-    except (ValueError, OSError, ImportError) as error:
+        folder = _go_on(parser, given) if "resume" in given else _begin(given)
+    except (ValueError, ImportError, FileNotFoundError) as error:
         parser.error(str(error))
-    except RuntimeError as error:
-        raise SystemExit(f"{parser.prog}: {error}") from None
     print(f"run folder: {folder}")
-    return 0
 
 
-def run(arguments: argparse.Namespace) -> Path:
-    """Do what the command line asks for, and return the folder of it."""
-    progress = not arguments.no_progress
-    if arguments.resume:
-        if is_run(arguments.resume):
-            return resume(arguments.resume, arguments.threads, progress)
-        return resume_seeds(arguments.resume, arguments.jobs, arguments.threads, progress)
-    training = Training(
-        algorithm=arguments.algo or arguments.algorithm,
-        env_id=arguments.env,
-        seed=arguments.seed,
-        n_timesteps=arguments.n_timesteps,
-        hyperparams=pairs(arguments.hyperparams),
-        env_kwargs=pairs(arguments.env_kwargs),
-        conf_file=arguments.conf_file,
-        eval_freq=arguments.eval_freq,
-        eval_episodes=arguments.eval_episodes,
-        save_freq=arguments.save_freq,
-        log_folder=arguments.log_folder,
-        run_folder=arguments.run_folder,
-        threads=arguments.threads,
-        tensorboard=not arguments.no_tensorboard,
-        progress=progress,
-    )
-    return train(training) if arguments.seeds == 1 else train_seeds(training, arguments.seeds, arguments.jobs)
+def _begin(given: Mapping[str, Any]) -> Path:
+    """Train what the flags say, and return its folder."""
+    values = dict(given)
+    seeds, jobs, algorithm = values.pop("seeds", 1), values.pop("jobs", 1), values.pop("algo", None)
+    if algorithm and values.setdefault("algorithm", algorithm) != algorithm:
+        raise ValueError(f"--algo {algorithm} and {values['algorithm']} contradict each other")
+    for name in _PAIRS:
+        if name in values:
+            values[name] = pairs(values[name])
+    if "rig" in values:
+        values["env_kwargs"] = {"rig": values.pop("rig")} | values.get("env_kwargs", {})
+    training = Training(**values)
+    return train(training) if seeds == 1 else train_seeds(training, seeds, jobs)
 
 
-def argument_parser() -> argparse.ArgumentParser:
-    """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+def _go_on(parser: argparse.ArgumentParser, given: Mapping[str, Any]) -> Path:
+    """Go on with a run or with a folder of runs; what they are is written there, and no flag may say otherwise."""
+    flags = {action.dest: (action.option_strings or [action.dest])[-1] for action in parser._actions}
+    others = [flags[name] for name in given if name not in _WITH_RESUME]
+    if others:
+        allowed = ", ".join(flags[name] for name in _WITH_RESUME if name != "resume")
+        raise ValueError(f"--resume goes on as config.json says, without {', '.join(others)}; allowed: {allowed}")
+    run, threads, progress = given["resume"], given.get("threads"), given.get("progress", True)
+    if is_run(run):
+        return resume(run, threads, progress)
+    return resume_seeds(run, given.get("jobs", 1), threads, progress)
+
+
+def argument_parser(prog: str) -> Parser:
+    """The command line: a flag for every field of `Training`. What is not given is not among the arguments."""
+    parser = Parser(prog=prog, description=__doc__, argument_default=argparse.SUPPRESS)
     add = parser.add_argument
-    add("algorithm", nargs="?", default="ppo", choices=list(ALGORITHMS), help="the algorithm (default: ppo)")
+    add("algorithm", nargs="?", default=None, choices=list(ALGORITHMS), help="the algorithm (default: ppo)")
     add("--algo", choices=list(ALGORITHMS), help="the same, as rl-zoo3 has it")
-    add("--env", default="DrillRig-v0", help="environment id (default: DrillRig-v0)")
-    add("-n", "--n-timesteps", type=count, help="steps; default: agents/hyperparams")
-    add("--seed", type=int, default=0, help="seed of draws and networks (default: 0)")
-    add("--seeds", type=int, default=1, help="train this many seeds, from --seed on, into <run folder>/seed_<s>")
-    add("--jobs", type=int, default=1, help="of these seeds, train so many at a time (default: 1)")
-    add("--threads", type=int, help="threads that step the rigs (default: all cores; 1 with --jobs above 1)")
+    add_rig_argument(parser)
+    add_fields(parser, Training, skip=("algorithm", "hyperparams", "env_kwargs"), flags=_FLAGS)
+    for name, flags in _PAIRS.items():
+        meaning = Training.__dataclass_fields__[name].metadata["meaning"]
+        add(*flags, nargs="+", dest=name, metavar="NAME:VALUE", help=meaning)
+    add("--seeds", type=of_kind(COUNT), help="train this many seeds, from --seed on, into <run folder>/seed_<s>")
+    add("--jobs", type=of_kind(COUNT), help="of these seeds, train so many at a time (default: 1)")
     add("--resume", type=Path, metavar="RUN", help="go on with a stopped run, or with the seeds in a folder")
-    add("-f", "--log-folder", type=Path, default=Path("runs"), help="parent of run folders (default: runs)")
-    add("--run-folder", type=Path, help="the run's own folder instead; it must not exist yet")
-    add("-conf", "--conf-file", type=Path, help="hyperparameter file in place of agents/hyperparams/<algorithm>.yml")
-    add("-params", "--hyperparams", nargs="+", default=[], metavar="NAME:VALUE", help="change hyperparameters")
-    add("--env-kwargs", nargs="+", default=[], metavar="NAME:VALUE", help="arguments of the environment")
-    add("--eval-freq", type=count, help="steps between evaluations (default: a tenth of all; negative: none)")
-    add("--eval-episodes", type=int, default=200, help="rigs that an evaluation takes (default: 200)")
-    add("--save-freq", type=count, help="steps between checkpoints (default: a tenth of all)")
-    add("--no-tensorboard", action="store_true", help="write no TensorBoard log")
-    add("--no-progress", action="store_true", help="show no progress")
     return parser
 
 
-def count(text: str) -> int:
-    """A number of steps, such as 2000000 or 2e6."""
-    return int(float(text))
-
-
-def pairs(texts: list[str]) -> dict[str, Any]:
+def pairs(texts: Sequence[str]) -> dict[str, Any]:
     """`["gamma:0.98"]` as `{"gamma": 0.98}`; values are read as YAML."""
     found = {}
     for text in texts:
         name, colon, value = text.partition(":")
         if not colon or not value:
             raise ValueError(f"{text!r} is not allowed; allowed: NAME:VALUE, such as gamma:0.98")
-        found[name] = yaml.safe_load(value)
+        found[name] = read_yaml(text, value)
     return found
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    raise SystemExit(main())

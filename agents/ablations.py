@@ -32,7 +32,7 @@ from agents.policy.agent import Agent
 from agents.policy.environment import make_environment
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.progress import bars
-from agents.training.train import checked_config
+from agents.training.settings import checked_config
 from agents.variants import VARIANTS, Variant
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run

@@ -8,7 +8,7 @@ from typing import Any
 
 from agents.policy.environment import environment_arguments
 from agents.training.hyperparameters import hyperparameters
-from agents.training.train import Training
+from agents.training.settings import Training
 from drillrig_env.env.sensors import Sensors
 
 STATISTICS = ("bit_speed_mean", "bit_speed_deviation", "string_torque_mean", "string_torque_deviation")

@@ -24,7 +24,8 @@ from stable_baselines3.common.env_util import make_vec_env
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments, make_environment
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
-from agents.training.train import Training, checked_config, train
+from agents.training.settings import Training, checked_config
+from agents.training.train import train
 from agents.training.validation_rigs import validate
 from benchmarks.measure import in_new_process
 from benchmarks.shares import Watch, seconds_of_a_reading, watched

@@ -31,6 +31,10 @@ class Terminated(KeyboardInterrupt):
     """SIGTERM has come. It passes through code as Ctrl-C does, and ends with an exit code of its own."""
 
 
+class Failed(RuntimeError):  # noqa: N818  # no mistake of the program
+    """What was asked for was allowed and could not be done; the sentence and its notes say all that there is to say."""
+
+
 class Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence, without the usage above it, and that takes no flag cut short."""
 
@@ -43,18 +47,23 @@ class Parser(argparse.ArgumentParser):
         self.exit(BAD_ARGUMENTS, f"{self.prog}: error: {message}\nhelp: {self.prog} --help\n")
 
     def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """The arguments; an unknown one ends with code 2 and the closest known flag."""
-        found, unknown = self.parse_known_args(args, namespace)
-        if unknown:
-            close = difflib.get_close_matches(unknown[0].partition("=")[0], self._option_string_actions, n=1)
-            self.error(f"unknown argument {unknown[0]}" + "".join(f"; did you mean {flag}?" for flag in close))
-        return found
+        """The arguments; an unknown flag ends with code 2 and the closest known one."""
+        if self._subparsers is None:
+            words = sys.argv[1:] if args is None else list(args)
+            for word in words[: words.index("--") if "--" in words else None]:
+                self._check_flag(word.partition("=")[0])
+        return super().parse_args(args, namespace)
+
+    def _check_flag(self, flag: str) -> None:
+        if flag.startswith("--") and flag not in self._option_string_actions:
+            close = difflib.get_close_matches(flag, self._option_string_actions, n=1)
+            self.error(f"unknown argument {flag}" + "".join(f"; did you mean {one}?" for one in close))
 
 
 def command(main: Callable[P, int | None]) -> Callable[P, int]:
-    """`main` with the exit codes of every command: Ctrl-C, SIGTERM and a file that fails end in one line.
+    """`main` with the exit codes of every command: Ctrl-C, SIGTERM, `Failed` and a file that fails end in one line.
 
-    What a stop keeps, and how to go on, `main` adds as a note to the `KeyboardInterrupt` that it lets pass:
+    What a stop or a failure keeps, and how to go on, `main` adds as a note to the exception that it lets pass:
 
     >>> except KeyboardInterrupt as stop:
     ...     stop.add_note(f"to go on: python train.py --resume {folder}")
@@ -73,8 +82,8 @@ def command(main: Callable[P, int | None]) -> Callable[P, int]:
         except BrokenPipeError:  # nobody reads on, as in `... | head`
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
-        except OSError as error:
-            _say(f"error: {error}")
+        except (OSError, Failed) as error:
+            _say("; ".join([f"error: {error}", *getattr(error, "__notes__", ())]))
             return FAILED
 
     return run

@@ -12,11 +12,15 @@ import os
 import secrets
 import shutil
 import time
+import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from filelock import FileLock, Timeout
 
 LOCK, OWNER = ".lock", ".owner"
@@ -79,6 +83,15 @@ def read_json(path: str | Path, remedy: str) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ValueError(f"{path} is damaged: it holds no object but a {type(content).__name__}; {remedy}")
     return content
+
+
+def read_arrays(path: str | Path, remedy: str) -> dict[str, npt.NDArray[Any]]:
+    """The arrays of an `.npz` file. `ValueError` with `remedy`, what to do, where it is damaged or no such file."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (ValueError, EOFError, KeyError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
+        raise ValueError(f"{path} is damaged: {str(error) or type(error).__name__}; {remedy}") from error
 
 
 def digest(path: str | Path) -> str:

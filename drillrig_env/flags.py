@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, fields
 from typing import Any
 
@@ -70,10 +70,16 @@ def of_kind(kind: Kind, unit: str = "") -> Callable[[str], Any]:
     return read
 
 
-def add_fields(parser: argparse._ActionsContainer, record: type, skip: Iterable[str] = ()) -> None:
+def add_fields(
+    parser: argparse._ActionsContainer,
+    record: type,
+    skip: Iterable[str] = (),
+    flags: Mapping[str, Sequence[str]] | None = None,
+) -> None:
     """Add a flag for every field of a record, `--speed-target` for `speed_target`, with its meaning as help.
 
-    What is not given does not show in the options; `given_fields` collects what is.
+    `flags` holds, by name, those of fields whose flag is another. What is not given does not show in the options;
+    `given_fields` collects what is.
     """
     for item in fields(record):
         if item.name in skip:
@@ -88,7 +94,7 @@ def add_fields(parser: argparse._ActionsContainer, record: type, skip: Iterable[
         else:
             settings["type"] = of_kind(meta["allowed"], meta["unit"])
             settings["metavar"] = (meta["unit"] or item.name).upper()
-        parser.add_argument(f"--{item.name.replace('_', '-')}", **settings)
+        parser.add_argument(*(flags or {}).get(item.name, (f"--{item.name.replace('_', '-')}",)), **settings)
 
 
 def given_fields(options: argparse.Namespace, record: type) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from drillrig_env.command_line import Parser, Terminated, command
+from drillrig_env.command_line import Failed, Parser, Terminated, command
 
 STOPPED = """
 import signal, sys
@@ -67,6 +67,14 @@ def test_a_file_that_fails_is_one_line_and_a_code(capsys):
     assert command(main)(Path("/nowhere/at all")) == 1
     assert capsys.readouterr().err.startswith("error: ")
     assert command(lambda: None)() == 0
+
+    def fails():
+        failure = Failed("seed_3 failed")
+        failure.add_note("two of three are kept")
+        raise failure
+
+    assert command(fails)() == 1
+    assert capsys.readouterr().err == "error: seed_3 failed; two of three are kept\n"
     assert command(lambda: 1)() == 1
 
 

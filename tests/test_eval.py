@@ -154,7 +154,8 @@ def test_a_baseline_is_made_for_the_suites_slew_limit():
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory):
-    from agents.training.train import Training, train
+    from agents.training.settings import Training
+    from agents.training.train import train
 
     folder = tmp_path_factory.mktemp("runs") / "tiny"
     for seed in (0, 1):

@@ -8,7 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drillrig_env.files import LOCK, check_writable, digest, owned, read_json, write_bytes, write_text, written_whole
+from drillrig_env.files import (
+    LOCK,
+    check_writable,
+    digest,
+    owned,
+    read_arrays,
+    read_json,
+    write_bytes,
+    write_text,
+    written_whole,
+)
 
 HOLD = """
 import sys, time
@@ -87,6 +97,19 @@ def test_damaged_json_is_named_with_what_to_do(tmp_path):
         read_json(path, "copy it")
     path.write_text(json.dumps({"seed": 1}))
     assert read_json(path, "copy it") == {"seed": 1}
+
+
+def test_damaged_arrays_are_named_with_what_to_do(tmp_path):
+    path = tmp_path / "evaluations.npz"
+    np.savez(path, timesteps=np.arange(100))
+    whole = path.read_bytes()
+    assert read_arrays(path, "remove it")["timesteps"].sum() == 4950
+    flipped = bytearray(whole)
+    flipped[200] ^= 1
+    for damaged in (whole[: len(whole) // 2], whole[:10], b"", bytes(flipped), b"no archive at all"):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"evaluations\.npz is damaged: .*; remove it"):
+            read_arrays(path, "remove it")
 
 
 def test_digest_is_that_of_the_content(tmp_path):

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import asdict, fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 import drillrig_env
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.sb3 import DrillRigVecEnv
 from drillrig_env.env.task import TASK_FIELDS
-from drillrig_env.parameters import closest
+from drillrig_env.parameters import closest, refuse
+from drillrig_env.rig import Rig
 
 
 def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[str, Any]:
@@ -27,6 +33,34 @@ def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[st
     if isinstance(reward, Mapping):
         _refuse_unknown(f"{env_id}: the reward has no field", reward, [item.name for item in fields(Reward)])
     return {**drillrig_env.ENVIRONMENTS[env_id], **env_kwargs}
+
+
+def plain_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments as plain values, which a `config.json` can hold and which mean the same when read back.
+
+    Records become dictionaries. A rig is written out with all its parameters, so that a run does not change with the
+    file that a path led to. Raises `ValueError` for an argument that no text can hold, such as a function.
+    """
+    given = dict(env_kwargs)
+    if given.get("rig") is not None:
+        given["rig"] = Rig.of(given["rig"])
+    found: dict[str, Any] = {}
+    for name, value in given.items():
+        try:
+            found[name] = json.loads(json.dumps(value, default=_plain))
+        except (TypeError, ValueError) as error:
+            allowed = "numbers, text, lists, dictionaries and the project's records"
+            raise refuse(env_id, name, repr(value), "", allowed) from error
+    return found
+
+
+def check_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for arguments with which the environment cannot be made, or cannot begin an episode."""
+    arguments = environment_arguments(env_id, env_kwargs)
+    try:
+        EpisodeBatch(1, **arguments).reset(np.arange(1), first_uniforms(0, 1))
+    except (TypeError, AttributeError, ArithmeticError) as error:  # a value of another kind than what is expected
+        raise ValueError(f"{env_id}: an argument is not allowed: {error}") from error
 
 
 def make_environment(
@@ -46,6 +80,17 @@ def batch_of(env: VecEnv) -> DrillRigVecEnv:
     inner = env.unwrapped
     assert isinstance(inner, DrillRigVecEnv)
     return inner
+
+
+def _plain(value: Any) -> Any:
+    """What JSON is to hold for a value that it has no kind for."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Path):
+        return str(value)
+    raise TypeError
 
 
 def _refuse_unknown(what: str, names: Mapping[str, Any], known: list[str]) -> None:

@@ -9,6 +9,8 @@
 | `checkpoint.npz` | where an unfinished training goes on; gone when it is finished |
 | `progress.json` | how far the training is, and how long it took |
 | `tensorboard_1/` | curves |
+
+Every file is whole or not there, and one process at a time trains in a folder (`drillrig_env.files`).
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from agents.policy.agent import Agent
-from agents.training.hyperparameters import algorithm_class
+from agents.policy.weights import load_weights, saved_steps
+from drillrig_env.files import read_json, write_text
 from drillrig_env.parameters import closest
 
 MODEL, BEST_MODEL, CONFIG = "model.zip", "best_model.zip", "config.json"
@@ -27,34 +30,42 @@ SEEDS = "seeds.json"
 TRAINED = Path(__file__).parents[1] / "trained"
 """The agents that come with the package: of each the median seed's run folder, with `seeds.json` about all seeds."""
 
-_ONLY_FOR_TRAINING: dict[str, Any] = {  # put in place of what is saved, so that no other version must read it
-    "learning_rate": 0.0,
-    "clip_range": 0.0,
-    "clip_range_vf": None,
-    "_last_obs": None,
-    "_last_episode_starts": None,
-    "ep_info_buffer": None,
-    "ep_success_buffer": None,
-    "buffer_size": 1,
-}
+_MADE_BY = ("algorithm", "env_id", "env_kwargs", "seed", "hyperparameters")  # what a config must tell
 
 
 def new_run(parent: Path, algorithm: str, folder: Path | None = None) -> Path:
-    """Make `folder`, or the next free `<parent>/<algorithm>_<number>`. `ValueError` where `folder` is there already."""
+    """Make `folder`, or the next free `<parent>/<algorithm>_<number>`, which no other process then gets.
+
+    `ValueError` where `folder` is there already.
+    """
+    if folder is not None:
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError as error:
+            raise ValueError(f"run folder {folder} is there already; choose another, or remove it") from error
+        return folder
+    parent.mkdir(parents=True, exist_ok=True)
     number = 1
-    while folder is None:
-        candidate = parent / f"{algorithm}_{number}"
-        folder = None if candidate.exists() else candidate
-        number += 1
-    if folder.exists():
-        raise ValueError(f"run folder {folder} is there already; choose another, or remove it")
-    folder.mkdir(parents=True)
-    return folder
+    while True:
+        folder = parent / f"{algorithm}_{number}"
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            number += 1
+        else:
+            return folder
 
 
 def is_run(path: str | Path) -> bool:
     """Whether a path is the folder of a run."""
     return (Path(path) / CONFIG).is_file()
+
+
+def is_finished(path: str | Path) -> bool:
+    """Whether a run has learnt from all the steps that it was to have, and its model is there to be read."""
+    folder = Path(path)
+    total = read_config(folder)["hyperparameters"]["n_timesteps"]
+    return not (folder / CHECKPOINT).exists() and saved_steps(folder / MODEL) >= total
 
 
 def shipped() -> list[str]:
@@ -74,33 +85,38 @@ def find_run(name: str | Path) -> Path:
 def read_seeds(path: str | Path) -> dict[str, Any] | None:
     """What `agents.shipping.ship` wrote about all training seeds of a shipped agent; None where there is nothing."""
     file = Path(path) / SEEDS
-    if not file.is_file():
-        return None
-    content: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return content
+    return read_json(file, "ship the agent again") if file.is_file() else None
 
 
 def write_config(folder: Path, config: dict[str, Any]) -> None:
     """Write what made a run."""
-    (folder / CONFIG).write_text(json.dumps(config, indent=2) + "\n", encoding="utf-8")
+    write_text(folder / CONFIG, json.dumps(config, indent=2) + "\n")
 
 
 def read_config(path: str | Path) -> dict[str, Any]:
-    """The config of a run: algorithm, hyperparameters, environment, seed and versions."""
-    content: dict[str, Any] = json.loads((Path(path) / CONFIG).read_text(encoding="utf-8"))
-    return content
+    """The config of a run: algorithm, hyperparameters, environment, seed and versions.
+
+    `ValueError` naming the file where it is damaged.
+    """
+    file = Path(path) / CONFIG
+    remedy = "write it again after another run's with the same settings, or train again"
+    config = read_json(file, remedy)
+    missing = [name for name in _MADE_BY if name not in config]
+    if missing:
+        raise ValueError(f"{file} is damaged: it does not tell {', '.join(missing)}; {remedy}")
+    return config
 
 
 def load_policy(path: str | Path, best: bool = False) -> Agent:
     """The trained agent of a run: its last model, or with `best` the best during training.
 
-    The last is the default because the best was chosen by its score, which flatters it.
-    Raises `ValueError` where the run has left no such model.
+    The last is the default because the best was chosen by its score, which flatters it. Only weights are read from
+    the model, so that somebody else's run executes nothing (`agents.policy.weights`). Raises `ValueError` where the
+    run has left no such model, or a damaged one.
     """
     name = BEST_MODEL if best else MODEL
     model = Path(path) / name
     if not model.is_file():
         raise ValueError(f"{path}: the run has no {name}; it may have been stopped before the first save")
     config = read_config(path)
-    loaded = algorithm_class(config["algorithm"]).load(model, device="cpu", custom_objects=_ONLY_FOR_TRAINING)
-    return Agent(loaded, config)
+    return Agent(load_weights(model, config), config)

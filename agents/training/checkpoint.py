@@ -8,7 +8,8 @@ that goes on from there ends, bit for bit, like one that never stopped, with the
 PyTorch and NumPy on the same kind of machine. (With `use_sde` it does not: the exploration noise is
 drawn again at the start of a rollout.)
 
-The file is written beside the old one and then put in its place, so that there is always a whole one.
+The file is written beside the old one and then put in its place, so that there is always a whole one. It
+holds pickles of Stable-Baselines3, and reading those can run any code: go on with one's own trainings only.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 from agents.policy.environment import batch_of
 from agents.training.hyperparameters import algorithm_class
-from drillrig_env.files import written_whole
+from drillrig_env.files import read_arrays, written_whole
 
 Arrays = dict[str, np.ndarray]
 _REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
@@ -56,20 +57,32 @@ def save_checkpoint(path: Path, model: BaseAlgorithm) -> None:
 
 
 def load_checkpoint(path: Path, algorithm: str, env: VecEnv) -> BaseAlgorithm:
-    """The model of a checkpoint, ready to learn on, in `env`, which is brought to where it stood."""
-    with np.load(path, allow_pickle=False) as file:
-        arrays: Arrays = {name: file[name] for name in file.files}
-    archive = io.BytesIO(arrays["model"].tobytes())
-    model = algorithm_class(algorithm).load(archive, env=env, device="cpu", force_reset=False)
-    for name, value in _environment_arrays(env).items():
-        value[...] = arrays[f"env.{name}"]
-    buffer = getattr(model, "replay_buffer", None)
-    if buffer is not None:
-        _fill(buffer, arrays)
-    for i, tensor in enumerate(_recurrent_state(model)):
-        tensor.copy_(torch.from_numpy(arrays[f"lstm.{i}"]))
-    _restore_generators(model, json.loads(str(arrays["generators"])), arrays)
+    """The model of a checkpoint, ready to learn on, in `env`, which is brought to where it stood.
+
+    `ValueError` naming the file where it is damaged, or of another version of the project or its packages.
+    """
+    remedy = "remove it, and --resume begins the training again"
+    arrays = read_arrays(path, remedy)
+    try:
+        archive = io.BytesIO(arrays["model"].tobytes())
+        model = algorithm_class(algorithm).load(archive, env=env, device="cpu", force_reset=False)
+        for name, value in _environment_arrays(env).items():
+            value[...] = arrays[f"env.{name}"]
+        buffer = getattr(model, "replay_buffer", None)
+        if buffer is not None:
+            _fill(buffer, arrays)
+        for i, tensor in enumerate(_recurrent_state(model)):
+            tensor.copy_(torch.from_numpy(arrays[f"lstm.{i}"]))
+        _restore_generators(model, json.loads(str(arrays["generators"])), arrays)
+    except (KeyError, ValueError, AttributeError, ImportError, RuntimeError, TypeError) as error:
+        raise ValueError(f"{path} is of another version or damaged ({error}); {remedy}") from error
     return model
+
+
+def save_model(path: Path, model: BaseAlgorithm) -> None:
+    """Write a model in Stable-Baselines3's own format."""
+    with written_whole(path) as new:
+        model.save(new)
 
 
 def _environment_arrays(env: VecEnv) -> Arrays:

@@ -12,8 +12,9 @@ from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.training.schedules import policy_kwargs, schedule
+from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Kind, Switch
 from drillrig_env.extras import missing
-from drillrig_env.parameters import closest
+from drillrig_env.parameters import checked, closest, refuse
 
 ALGORITHMS = ("ppo", "sac", "ppo_lstm")
 """The algorithms by the name that the command line takes, as in rl-zoo3."""
@@ -23,8 +24,20 @@ HYPERPARAMETER_FILES = Path(__file__).parents[1] / "hyperparams"
 
 _OURS = ("n_envs", "n_timesteps", "env_kwargs", "frame_stack")  # used by training itself, not by the algorithm
 _FIXED = ("self", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model", "device")
-_COUNTS = ("n_envs", "n_timesteps", "frame_stack")
 _SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
+_FROM_MINUS_ONE = Allowed(low=-1, whole=True)
+_KINDS: dict[str, Kind] = {
+    **dict.fromkeys(("n_envs", "n_timesteps", "frame_stack", "n_steps", "batch_size", "n_epochs"), COUNT),
+    **dict.fromkeys(("buffer_size", "target_update_interval", "stats_window_size"), COUNT),
+    **dict.fromkeys(("gamma", "gae_lambda", "tau"), SHARE),
+    **dict.fromkeys(("gradient_steps", "sde_sample_freq"), _FROM_MINUS_ONE),
+    **dict.fromkeys(("max_grad_norm", "target_kl", *_SCHEDULES), POSITIVE),
+    **dict.fromkeys(("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage"), Switch()),
+    "learning_starts": Allowed(low=0, whole=True),
+    "vf_coef": NOT_NEGATIVE,
+    "ent_coef": NOT_NEGATIVE,
+}
+"""What the hyperparameters may be that are numbers or switches; None where the algorithm has it as default."""
 
 
 def algorithm_class(algorithm: str) -> type[BaseAlgorithm]:
@@ -45,21 +58,30 @@ def hyperparameters(
 ) -> dict[str, Any]:
     """The hyperparameters of an algorithm for an environment, with `changes` put in.
 
-    `file` is read in place of the algorithm's own. Raises `ValueError` for an unknown algorithm,
-    environment or hyperparameter, with the closest known name.
+    `file` is read in place of the algorithm's own. Raises `ValueError` for a file that is missing or cannot be read,
+    for an unknown algorithm, environment or hyperparameter, with the closest known name, and for a value that is
+    not allowed.
     """
-    known = [name for name in inspect.signature(algorithm_class(algorithm)).parameters if name not in _FIXED]
+    taken = inspect.signature(algorithm_class(algorithm)).parameters
+    known = [name for name in taken if name not in _FIXED]
     path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
-    tables = yaml.safe_load(path.read_text(encoding="utf-8"))
+    tables = _read_tables(path)
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
     chosen = {**tables[env_id], **(changes or {})}
-    for name in chosen:
+    for name, value in chosen.items():
         if name not in (*known, *_OURS):
             raise ValueError(f"{algorithm}: unknown hyperparameter {name!r}; {closest(name, [*_OURS, *known])}")
-    for name in _COUNTS:
-        if name in chosen:
-            chosen[name] = _count(algorithm, name, chosen[name])
+        if name in _KINDS and not (value is None and name in taken and taken[name].default is None):
+            chosen[name] = _checked(algorithm, name, value)
+    for name in ("policy", "n_envs", "n_timesteps"):
+        if name not in chosen:
+            raise ValueError(f"{path.name}: the hyperparameters for {env_id!r} lack {name}")
+    policy, policies = chosen["policy"], algorithm_class(algorithm).policy_aliases
+    if policy not in policies:
+        raise ValueError(f"{algorithm}: policy {policy!r} is not known; {closest(policy, policies)}")
+    if not isinstance(chosen.get("env_kwargs", {}), dict):
+        raise refuse(algorithm, "env_kwargs", chosen["env_kwargs"], "", "arguments of the environment by name")
     algorithm_arguments(chosen)  # refuses what cannot be read
     return chosen
 
@@ -77,11 +99,37 @@ def algorithm_arguments(chosen: Mapping[str, Any]) -> dict[str, Any]:
     return arguments
 
 
-def _count(algorithm: str, name: str, value: Any) -> int:
+def read_yaml(where: str, text: str) -> Any:
+    """Plain values from YAML text. `ValueError` with `where` for broken YAML, and for tags, which could run code."""
     try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = 0.0
-    if number < 1 or number != int(number):
-        raise ValueError(f"{algorithm}: {name} = {value} is not allowed; allowed: whole numbers >= 1")
-    return int(number)
+        return yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place, problem = f"line {mark.line + 1}: " if mark else "", getattr(error, "problem", None) or error
+        raise ValueError(f"{where}: not plain YAML: {place}{problem}") from error
+
+
+def _read_tables(path: Path) -> dict[str, dict[str, Any]]:
+    """The tables of a file of hyperparameters, by environment."""
+    try:
+        tables = read_yaml(str(path), path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ValueError(f"there is no file of hyperparameters {path}") from error
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: not a text in UTF-8") from error
+    if not isinstance(tables, dict) or not all(isinstance(table, dict) for table in tables.values()):
+        raise ValueError(f"{path}: allowed: a table of hyperparameters for each environment, as in agents/hyperparams")
+    return tables
+
+
+def _checked(algorithm: str, name: str, value: Any) -> Any:
+    """The value as it is to be; text stays text where it is a schedule or SAC's automatic entropy coefficient."""
+    kind = _KINDS[name]
+    if isinstance(value, str):
+        if (name in _SCHEDULES and value.startswith("lin_")) or (name == "ent_coef" and value.startswith("auto")):
+            return value
+        try:
+            return kind.parse(value)
+        except ValueError as error:
+            raise refuse(algorithm, name, value, "", kind) from error
+    return checked(algorithm, name, value, "", kind)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -122,7 +123,8 @@ class ShowProgress(BaseCallback):
             self._numbers["steps_per_second"] = (self.num_timesteps - self._done) / (now - self._since)
         if self.evaluate:
             self._numbers["evaluated"] = self.evaluate.mitigated
-        write_text(self.folder / PROGRESS, json.dumps(self._numbers) + "\n")
+        with suppress(OSError):  # a disk that is full for a moment must not end the training
+            write_text(self.folder / PROGRESS, json.dumps(self._numbers) + "\n")
         if self.bars:
             self.bars.update(self._task, completed=self.num_timesteps, numbers=dict(self._numbers))
         if self.lines and now - self._line > _SECONDS_OF_LINES:

@@ -9,6 +9,8 @@ from typing import Any
 
 from torch import nn
 
+from drillrig_env.allowed import POSITIVE
+
 
 @dataclass(frozen=True)
 class Falling:
@@ -24,9 +26,9 @@ class Falling:
 def schedule(text: str) -> float | Falling:
     """`lin_8e-4`: falling linearly from 8e-4 to zero over the training; a plain number: constant."""
     try:
-        start = float(text.removeprefix("lin_"))
+        start = POSITIVE.parse(text.removeprefix("lin_"))
     except ValueError as error:
-        raise ValueError(f"schedule {text!r} is not allowed; allowed: a number, or lin_<number>") from error
+        raise ValueError(f"schedule {text!r} is not allowed; allowed: a number > 0, or lin_<number>") from error
     return Falling(start) if text.startswith("lin_") else start
 
 

@@ -3,7 +3,8 @@
 import pytest
 
 from agents.shipping.ship import ship
-from agents.training.train import Training, train
+from agents.training.settings import Training
+from agents.training.train import train
 
 TINY = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
 

@@ -7,7 +7,7 @@ from agents import ablations
 from agents.ablations import ablate
 from agents.policy.absolute_action import REACH, AbsoluteAction, AbsoluteAgent
 from agents.policy.environment import batch_of, make_environment
-from agents.training.train import checked_config
+from agents.training.settings import checked_config
 from agents.variants import STATISTICS, VARIANTS
 from tests.agents.conftest import TINY
 

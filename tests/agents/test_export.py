@@ -8,17 +8,19 @@ import pytest
 from agents.policy.run_folder import load_policy
 from agents.shipping import export as command
 from agents.shipping.export import EXAMPLE, TOLERANCE, export, largest_difference
-from agents.training.train import Training, train
+from agents.training.settings import Training
+from agents.training.train import train
 
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
 PPO = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
+SAC = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "gradient_steps": 1}
 
 
 @pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface"])
 def agent(request, tmp_path_factory):
-    hyperparams = {"n_envs": 4, "learning_starts": 100, "batch_size": 32} if request.param == "sac" else PPO
+    hyperparams = SAC if request.param == "sac" else PPO
     if "frames" in request.param:
         hyperparams = {**hyperparams, "frame_stack": 3}
     training = Training(

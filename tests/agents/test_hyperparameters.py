@@ -20,7 +20,7 @@ def test_files_are_complete_and_changes_go_in(algorithm, env_id):
 def test_schedules():
     assert schedule("lin_4e-4")(0.25) == pytest.approx(1e-4)
     assert schedule("0.1") == 0.1
-    with pytest.raises(ValueError, match="allowed: a number, or lin_"):
+    with pytest.raises(ValueError, match="allowed: a number > 0, or lin_"):
         schedule("cos_3")
 
 

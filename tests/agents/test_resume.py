@@ -1,15 +1,29 @@
+import contextlib
+import errno
+import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
-from agents.policy.run_folder import CHECKPOINT, load_policy, read_config
+from agents.policy.run_folder import CHECKPOINT, is_finished, load_policy, read_config
+from agents.training.checkpoint import save_model
 from agents.training.progress import ShowProgress, read_progress
-from agents.training.train import Training, resume, train
+from agents.training.settings import Training
+from agents.training.train import resume, train
+from drillrig_env import files
+from drillrig_env.command_line import Failed, Terminated
+from drillrig_env.files import LOCK
+
+ROOT = Path(__file__).parents[2]
 
 PPO = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 2}
 SAC = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "train_freq": 8, "gradient_steps": 4}
+HANDLERS = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 LSTM = {**PPO, "policy_kwargs": {"lstm_hidden_size": 8}}
 
 
@@ -25,21 +39,43 @@ def training(folder, algorithm="ppo", hyperparams=None, **changes):
     return Training(algorithm=algorithm, hyperparams=hyperparams or PPO, run_folder=folder, **{**values, **changes})
 
 
-def interrupt_at(steps, monkeypatch):
-    """Press Ctrl-C once, in the middle of the rollout that passes so many steps."""
+def interrupt_at(steps, monkeypatch, number=signal.SIGINT):
+    """Press Ctrl-C once, or send another signal, in the middle of the rollout that passes so many steps."""
     pressed = []
 
     def press(self):
         if self.num_timesteps > steps and not pressed:
             pressed.append(True)
-            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(number)
         return True
 
     monkeypatch.setattr(ShowProgress, "_on_step", press)
 
 
-def parameters(folder):
-    return load_policy(folder).model.policy.state_dict()
+@pytest.fixture(autouse=True)
+def signals_as_in_a_terminal():
+    """The signals' handlers of a program of its own, whatever runs the tests has set."""
+    earlier = {s: signal.signal(s, h) for s, h in HANDLERS.items()}
+    yield
+    assert {s: signal.getsignal(s) for s in HANDLERS} == HANDLERS
+    for number, handler in earlier.items():
+        signal.signal(number, handler)
+
+
+def stopped(*arguments, **changes):
+    """Train until Ctrl-C, and return the folder."""
+    settings = training(*arguments, **changes)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        train(settings)
+    assert f"to go on: python train.py --resume {settings.run_folder}" in stop.value.__notes__
+    return settings.run_folder
+
+
+def assert_same_agent(folder, other):
+    one, two = (load_policy(path).model for path in (folder, other))
+    assert one.num_timesteps == two.num_timesteps
+    expected, found = one.policy.state_dict(), two.policy.state_dict()
+    assert all(torch.equal(expected[name], found[name]) for name in expected)
 
 
 @pytest.mark.parametrize(
@@ -58,29 +94,31 @@ def test_cut_and_resumed_ends_bit_for_bit_like_uncut(algorithm, hyperparams, env
     settings = {"env_kwargs": {"duration": 3.0, **env_kwargs}}
     uncut = train(training(tmp_path / "uncut", algorithm, hyperparams, **settings))
     interrupt_at(300, monkeypatch)
-    cut = train(training(tmp_path / "cut", algorithm, hyperparams, **settings))
+    cut = stopped(tmp_path / "cut", algorithm, hyperparams, **settings)
     assert (cut / CHECKPOINT).is_file()
-    stopped = load_policy(cut).model.num_timesteps
-    assert 300 <= stopped <= 400
+    assert 300 <= load_policy(cut).model.num_timesteps <= 400
+    assert not is_finished(cut)
     np.random.default_rng().random()
     torch.manual_seed(99)
     np.random.seed(99)  # noqa: NPY002
     resume(cut, progress=False)
     assert not (cut / CHECKPOINT).exists()
-    assert load_policy(cut).model.num_timesteps == load_policy(uncut).model.num_timesteps
-    expected, found = parameters(uncut), parameters(cut)
-    assert all(torch.equal(expected[name], found[name]) for name in expected)
+    assert_same_agent(cut, uncut)
     with np.load(uncut / "evaluations.npz") as a, np.load(cut / "evaluations.npz") as b:
         for name in ("timesteps", "results", "mitigated"):
             np.testing.assert_array_equal(a[name], b[name])
 
 
-def test_stop_finishes_the_rollout_and_tells_how_to_go_on(tmp_path, monkeypatch, capsys):
+def test_stop_finishes_the_rollout_and_keeps_the_model(tmp_path, monkeypatch):
     interrupt_at(130, monkeypatch)
-    folder = train(training(tmp_path / "run"))
-    assert load_policy(folder).model.num_timesteps == 256
-    assert f"--resume {folder}" in capsys.readouterr().out
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert load_policy(stopped(tmp_path / "run")).model.num_timesteps == 256
+
+
+def test_sigterm_stops_as_ctrl_c_does_and_is_told_apart(tmp_path, monkeypatch):
+    interrupt_at(130, monkeypatch, signal.SIGTERM)
+    with pytest.raises(Terminated):
+        train(training(tmp_path / "run"))
+    assert load_policy(tmp_path / "run").model.num_timesteps == 256
 
 
 def test_second_interrupt_stops_at_once_and_keeps_the_last_checkpoint(tmp_path, monkeypatch):
@@ -90,16 +128,25 @@ def test_second_interrupt_stops_at_once_and_keeps_the_last_checkpoint(tmp_path, 
         return True
 
     monkeypatch.setattr(ShowProgress, "_on_step", press)
-    folder = train(training(tmp_path / "run", save_freq=128))
+    folder = stopped(tmp_path / "run", save_freq=128)
     assert load_policy(folder).model.num_timesteps < 384
     monkeypatch.undo()
     resume(folder, progress=False)
     assert load_policy(folder).model.num_timesteps == 768
 
 
+def test_a_stop_during_the_last_save_comes_too_late(tmp_path, monkeypatch):
+    def press(path, model):
+        signal.raise_signal(signal.SIGINT)
+        save_model(path, model)
+
+    monkeypatch.setattr("agents.training.train.save_model", press)
+    assert is_finished(train(training(tmp_path / "run")))
+
+
 def test_resume_continues_the_schedule(tmp_path, monkeypatch):
     interrupt_at(300, monkeypatch)
-    folder = train(training(tmp_path / "run"))
+    folder = stopped(tmp_path / "run")
     seen = []
 
     def rates(self):
@@ -116,5 +163,123 @@ def test_nothing_to_resume_is_said(tmp_path):
     with pytest.raises(ValueError, match="not the folder of a run"):
         resume(tmp_path)
     folder = train(training(tmp_path / "run"))
-    with pytest.raises(ValueError, match="it is finished"):
+    with pytest.raises(ValueError, match="the run is finished"):
         resume(folder)
+
+
+def test_a_full_disk_at_the_end_leaves_the_checkpoint(tmp_path, monkeypatch):
+    uncut = train(training(tmp_path / "uncut"))
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("agents.training.train.save_model", full)
+    with pytest.raises(OSError, match="No space left") as end:
+        train(training(tmp_path / "run"))
+    monkeypatch.undo()
+    assert "could not be written" in end.value.__notes__[0]
+    resume(tmp_path / "run", progress=False)
+    assert_same_agent(tmp_path / "run", uncut)
+
+
+@pytest.mark.parametrize("file", ["model.zip", "best_model.zip", "evaluations.npz", CHECKPOINT, "progress.json"])
+def test_a_full_disk_never_leaves_half_a_file(file, tmp_path, monkeypatch):
+    """From the third write of a file on, its disk is full in the middle of it."""
+    written = []
+    flush = files._flush
+
+    def full(path):
+        written.append(path.name)
+        mine = [name for name in written if name.startswith(f".{file.split('.')[0]}.")]
+        if len(mine) > 1 and path.name == mine[-1]:
+            path.write_bytes(path.read_bytes()[:100])
+            raise OSError(errno.ENOSPC, "No space left on device")
+        flush(path)
+
+    monkeypatch.setattr(files, "_flush", full)
+    with contextlib.suppress(OSError):
+        train(training(tmp_path / "run", eval_freq=128, save_freq=128))
+    monkeypatch.undo()
+    kept = {path.name for path in (tmp_path / "run").iterdir()}
+    assert kept <= {LOCK, "config.json", "model.zip", "best_model.zip", "evaluations.npz", CHECKPOINT, "progress.json"}
+    assert CHECKPOINT in kept or is_finished(tmp_path / "run")
+    if not is_finished(tmp_path / "run"):
+        resume(tmp_path / "run", progress=False)
+    assert load_policy(tmp_path / "run").model.num_timesteps == 768
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows has no SIGKILL")
+def test_killed_in_the_last_save_it_goes_on_from_the_checkpoint(tmp_path):
+    uncut = train(training(tmp_path / "uncut"))
+    run = subprocess.run([sys.executable, "-c", KILLED, str(tmp_path / "run")], cwd=ROOT, check=False)
+    assert run.returncode == -signal.SIGKILL
+    assert not (tmp_path / "run" / "model.zip").exists()
+    assert (tmp_path / "run" / CHECKPOINT).is_file()
+    resume(tmp_path / "run", progress=False)
+    assert_same_agent(tmp_path / "run", uncut)
+
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from stable_baselines3 import PPO
+from agents.training.train import train
+from tests.agents.test_resume import training
+
+def killed(self, path, *_):
+    if getattr(path, "name", "").startswith(".model."):
+        path.write_bytes(b"half of it")
+        os.kill(os.getpid(), signal.SIGKILL)
+    save(self, path)
+
+save, PPO.save = PPO.save, killed
+train(training(Path(sys.argv[1])))
+"""
+
+
+def test_one_process_at_a_time_trains_in_a_folder(tmp_path, monkeypatch):
+    interrupt_at(130, monkeypatch)
+    folder = stopped(tmp_path / "run")
+    with files.owned(folder), pytest.raises(BlockingIOError, match=f"run is in use by process {os.getpid()}"):
+        resume(folder)
+    resume(folder, progress=False)
+
+
+def test_damaged_evaluations_are_passed_over(tmp_path, monkeypatch, capsys):
+    interrupt_at(300, monkeypatch)
+    folder = stopped(tmp_path / "run")
+    path = folder / "evaluations.npz"
+    path.write_bytes(path.read_bytes()[:200])
+    resume(folder, progress=False)
+    assert "evaluations.npz is damaged" in capsys.readouterr().out
+    with np.load(path) as saved:
+        assert saved["timesteps"].tolist() == [384, 512, 768]
+
+
+def test_a_damaged_checkpoint_is_named_and_without_it_the_training_begins_again(tmp_path, monkeypatch):
+    uncut = train(training(tmp_path / "uncut"))
+    interrupt_at(300, monkeypatch)
+    folder = stopped(tmp_path / "run")
+    path = folder / CHECKPOINT
+    whole = path.read_bytes()
+    for damaged in (whole[: len(whole) // 2], b"nothing"):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"checkpoint\.npz is .*damaged.*; remove it, and --resume begins"):
+            resume(folder)
+    path.unlink()
+    resume(folder, progress=False)
+    assert_same_agent(folder, uncut)
+
+
+def test_an_error_while_learning_keeps_the_model_and_says_how_to_go_on(tmp_path, monkeypatch):
+    def broken(self):
+        if self.num_timesteps > 300:
+            raise ValueError("rig 3: the state is not finite")
+        return True
+
+    monkeypatch.setattr(ShowProgress, "_on_step", broken)
+    with pytest.raises(Failed, match="the training failed: rig 3: the state is not finite") as end:
+        train(training(tmp_path / "run", save_freq=128))
+    assert f"to go on: python train.py --resume {tmp_path / 'run'}" in end.value.__notes__
+    monkeypatch.undo()
+    resume(tmp_path / "run", progress=False)

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,10 @@ import torch
 
 from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import is_run, load_policy, read_config
-from agents.training.train import Training, train
+from agents.training.settings import Training
+from agents.training.train import train
+from drillrig_env.files import LOCK
+from drillrig_env.rig import Rig
 from drillrig_env.seeds import TRAINING_SEEDS
 
 SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
@@ -51,9 +55,8 @@ def test_same_seed_same_agent_and_another_seed_another(tmp_path):
 
 
 def test_sac_trains(tmp_path):
-    folder = train(
-        small(tmp_path, algorithm="sac", hyperparams={"n_envs": 4, "learning_starts": 100, "batch_size": 32})
-    )
+    few = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "gradient_steps": 1}
+    folder = train(small(tmp_path, algorithm="sac", hyperparams=few))
     assert load_policy(folder).model.num_timesteps >= 512
 
 
@@ -64,8 +67,10 @@ def test_interrupt_keeps_what_was_learnt(tmp_path, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(PPO, "learn", interrupted)
-    folder = train(small(tmp_path))
-    assert (folder / "model.zip").is_file()
+    with pytest.raises(KeyboardInterrupt) as stop:
+        train(small(tmp_path))
+    assert (tmp_path / "ppo_1" / "model.zip").is_file()
+    assert "keeps the model of 0 of 512 steps" in stop.value.__notes__[0]
 
 
 def test_bad_settings_are_refused_before_anything_is_written(tmp_path):
@@ -81,10 +86,37 @@ def test_bad_settings_are_refused_before_anything_is_written(tmp_path):
         ({"env_id": "DrillRig-v1"}, "did you mean DrillRig-v0"),
         ({"eval_freq": 0}, "eval_freq = 0"),
         ({"save_freq": 0}, "save_freq = 0"),
+        ({"hyperparams": {**SMALL, "n_steps": -5}}, "n_steps = -5 is not allowed; allowed: whole, >= 1"),
+        ({"hyperparams": {**SMALL, "batch_size": 0}}, "batch_size = 0"),
+        ({"hyperparams": {**SMALL, "gamma": 1.5}}, "gamma = 1.5 is not allowed; allowed: >= 0 and <= 1"),
+        ({"hyperparams": {**SMALL, "n_envs": 1, "n_steps": 1}}, "ppo: these hyperparameters are not allowed"),
+        ({"env_kwargs": {"scenario": {"friction": {"mu_s": 0.2, "mu": 1}}}}, "DrillRig|friction"),
+        ({"env_kwargs": {"duration": float("inf")}}, "duration|DrillRig"),
+        ({"env_kwargs": {"rig": 5}}, "rig = 5"),
+        ({"env_kwargs": {"drive": [0.1, 0.2, 0.3, 0.4]}}, "drive = "),
+        ({"env_kwargs": {"reward": lambda _: 0.0}}, "reward"),
     ):
         with pytest.raises(ValueError, match=message):
             train(small(tmp_path / "runs", **changes))
     assert not (tmp_path / "runs").exists()
+
+
+def test_a_folder_that_cannot_be_written_is_found_out_before_any_work(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    monkeypatch.setattr("agents.training.train._learn", lambda *_: pytest.fail("trained"))
+    with pytest.raises(OSError, match="file cannot be written"):
+        train(small(tmp_path / "file"))
+
+
+def test_a_rig_of_ones_own_goes_into_the_config_whole(tmp_path):
+    rig = Rig(k_2=0.5)
+    rig.to_toml(tmp_path / "rig.toml")
+    for given in (rig, {"k_2": 0.5}, tmp_path / "rig.toml"):
+        folder = train(small(tmp_path, env_kwargs={**SHORT, "rig": given}, n_timesteps=128, eval_freq=-1))
+        kept = read_config(folder)["env_kwargs"]["rig"]
+        assert Rig.of(kept) == rig
+        assert len(kept) == len(fields(Rig))
+    assert load_policy(folder).environment["rig"] == kept
 
 
 def test_evaluations_keep_the_best_and_the_last_model(tmp_path):
@@ -134,18 +166,13 @@ def test_command_line_trains_seeds_side_by_side(tmp_path):
     trained = command(str(ROOT / "train.py"), *flags, *settings, folder=tmp_path)
     assert trained.returncode == 0, trained.stderr
     folder = tmp_path / "runs/ppo_1"
-    assert {path.name for path in folder.iterdir()} == {"seed_3", "seed_4"}
+    assert {path.name for path in folder.glob("*")} == {LOCK, "seed_3", "seed_4"}
+    assert "seed_3: done\n" in trained.stdout
+    assert "seed_4: done\n" in trained.stdout
     assert [read_config(folder / f"seed_{seed}")["seed"] for seed in (3, 4)] == [3, 4]
     alone = load_policy(train(small(tmp_path, seed=4))).model.policy.state_dict()
     beside = load_policy(folder / "seed_4").model.policy.state_dict()
     assert all(torch.equal(alone[name], beside[name]) for name in alone)
-
-
-def test_command_line_explains_mistakes(tmp_path):
-    wrong = command(str(ROOT / "train.py"), "ppo", "-params", "gamma", folder=tmp_path)
-    assert wrong.returncode == 2
-    assert "gamma:0.98" in wrong.stderr
-    assert not list(tmp_path.iterdir())
 
 
 def test_an_agent_wants_the_same_rates_at_another_slew_limit(tmp_path):

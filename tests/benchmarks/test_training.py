@@ -11,7 +11,8 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 
 from agents.policy.agent import Agent
 from agents.policy.run_folder import load_policy
-from agents.training.train import Training, train
+from agents.training.settings import Training
+from agents.training.train import train
 from agents.training.validation_rigs import validate
 from benchmarks import shares
 from benchmarks.one_training import Run, in_fresh_process, timed_training

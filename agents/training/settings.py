@@ -1,0 +1,98 @@
+"""One training, every knob of it: a record of documented fields, and the config that it leads to."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agents.policy.environment import check_arguments, plain_arguments
+from agents.training.hyperparameters import ALGORITHMS, hyperparameters
+from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
+from drillrig_env.parameters import check_fields, parameter, refuse
+from drillrig_env.seeds import TRAINING_SEEDS
+
+_PARTS = 10
+"""A training is evaluated, and its checkpoint written, this many times unless it is told otherwise."""
+
+_TENTH = "a tenth of the training"
+
+
+def _by_name(value: Any) -> dict[str, Any]:
+    if not isinstance(value, Mapping) or not all(isinstance(name, str) for name in value):
+        raise ValueError(f"{value!r} is not allowed; allowed: values by name")
+    return dict(value)
+
+
+_VALUES = Made(_by_name, "values by name")
+
+
+@dataclass(frozen=True)
+class Training:
+    """One training run. `ValueError` for a field that is not allowed, with what is."""
+
+    algorithm: str = parameter("ppo", meaning="the algorithm", allowed=Choice(ALGORITHMS))
+    env_id: str = parameter("DrillRig-v0", meaning="environment id", allowed=Text("the id of an environment"))
+    seed: int = parameter(0, meaning="seed of draws and networks", allowed=Allowed(0, TRAINING_SEEDS[-1], whole=True))
+    n_timesteps: int | None = parameter(
+        None, "steps", "length of the training", allowed=COUNT, none="as in the file of hyperparameters"
+    )
+    hyperparams: Mapping[str, Any] = parameter(
+        factory=dict, meaning="changes to the file's hyperparameters", allowed=_VALUES
+    )
+    env_kwargs: Mapping[str, Any] = parameter(
+        factory=dict, meaning="arguments of the environment, beside the file's", allowed=_VALUES
+    )
+    conf_file: Path | None = parameter(
+        None, meaning="file of hyperparameters", allowed=File(), none="agents/hyperparams/<algorithm>.yml"
+    )
+    eval_freq: int | None = parameter(
+        None, "steps", "distance between evaluations; negative: none", allowed=Allowed(whole=True), none=_TENTH
+    )
+    eval_episodes: int = parameter(200, "rigs", "how many an evaluation takes", allowed=COUNT)
+    save_freq: int | None = parameter(None, "steps", "distance between checkpoints", allowed=COUNT, none=_TENTH)
+    log_folder: Path = parameter(Path("runs"), meaning="parent of run folders", allowed=File())
+    run_folder: Path | None = parameter(
+        None,
+        meaning="the run's own folder, which must not exist yet",
+        allowed=File(),
+        none="the next free one in the parent",
+    )
+    threads: int | None = parameter(
+        None, meaning="threads that step the rigs; the result is the same", allowed=COUNT, none="all cores"
+    )
+    tensorboard: bool = parameter(True, meaning="write a TensorBoard log", allowed=Switch())
+    progress: bool = parameter(True, meaning="show how the training does", allowed=Switch())
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.eval_freq == 0:
+            raise refuse("Training", "eval_freq", 0, "steps", ">= 1, or negative for no evaluation")
+
+
+def checked_config(training: Training) -> dict[str, Any]:
+    """Everything that fixes a run, as plain values. `ValueError` for an unknown or impossible setting."""
+    changes = dict(training.hyperparams)
+    if training.n_timesteps is not None:
+        changes["n_timesteps"] = training.n_timesteps
+    chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file)
+    env_kwargs = plain_arguments(training.env_id, {**chosen.get("env_kwargs", {}), **training.env_kwargs})
+    check_arguments(training.env_id, env_kwargs)
+    last = TRAINING_SEEDS[-1] - chosen["n_envs"]
+    if training.seed > last:
+        raise refuse("Training", "seed", training.seed, "", f"0 to {last}")
+    part = max(1, chosen["n_timesteps"] // _PARTS)
+    return {
+        "algorithm": training.algorithm,
+        "env_id": training.env_id,
+        "env_kwargs": env_kwargs,
+        "seed": training.seed,
+        "hyperparameters": chosen,
+        "eval_freq": training.eval_freq or part,
+        "eval_episodes": training.eval_episodes,
+        "save_freq": training.save_freq or part,
+        "tensorboard": training.tensorboard,
+        "command": sys.argv,
+    }

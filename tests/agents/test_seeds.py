@@ -1,0 +1,123 @@
+"""Several seeds side by side: stopped together within seconds, and gone on with, also where they had not begun."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from agents.policy.run_folder import CHECKPOINT, is_finished, read_config, write_config
+from agents.training import seeds
+from agents.training.seeds import resume_seeds, train_seeds
+from agents.training.settings import Training, checked_config
+from agents.training.train import train
+from drillrig_env import files
+
+ROOT = Path(__file__).parents[2]
+SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
+FLAGS = "--eval-freq -1 --no-tensorboard --env-kwargs duration:3.0 -params n_envs:8 n_steps:16 batch_size:64"
+
+
+def small(folder, **changes):
+    values = {"n_timesteps": 256, "hyperparams": SMALL, "env_kwargs": {"duration": 3.0}, "eval_freq": -1}
+    settings = {"run_folder": folder, "tensorboard": False, "progress": False}
+    return Training(**{**values, **settings, **changes})
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals between processes")
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow)]
+)
+def test_a_signal_to_the_parent_stops_its_trainings_and_keeps_them(number, code, tmp_path):
+    """The parent alone is told, as by `kill`, and the signal is one that it was started with as ignored."""
+    command = [sys.executable, "-u", "train.py", *FLAGS.split(), "-n", "100000000", "--save-freq", "128"]
+    command += ["--seeds", "3", "--jobs", "2", "--run-folder", str(tmp_path / "runs")]
+    ignored = f"import os, signal, sys; signal.signal({number:d}, signal.SIG_IGN); os.execv(sys.argv[1], sys.argv[1:])"
+    process = subprocess.Popen(
+        [sys.executable, "-c", ignored, *command],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        start_new_session=True,
+    )
+    begun = [tmp_path / "runs" / f"seed_{seed}" / CHECKPOINT for seed in (0, 1)]
+    try:
+        while not all(path.is_file() for path in begun):
+            assert process.poll() is None, process.stdout.read()
+        process.send_signal(number)
+        said, _ = process.communicate(timeout=300)
+    finally:
+        process.kill()
+    assert process.returncode == code, said
+    assert f"to go on: python train.py --resume {tmp_path / 'runs'}" in said
+    assert "seed_0: stopped" in said
+    assert "seed_1: stopped" in said
+    assert all(path.is_file() for path in begun)
+    for seed in range(3):
+        assert not is_finished(tmp_path / "runs" / f"seed_{seed}")
+        with files.owned(tmp_path / "runs" / f"seed_{seed}"):  # nobody is left who trains there
+            pass
+
+
+def test_processes_that_do_not_stop_are_stopped_within_five_seconds():
+    told = []
+
+    class Process:
+        def terminate(self):
+            told.append("terminate")
+
+        def kill(self):
+            told.append("kill")
+
+    process, pressed = Process(), set()
+    for waited in (1.0, seeds._GRACE + 0.1, seeds._GRACE + 0.3, seeds._HARD + 0.1):
+        seeds._press([process], pressed, waited)
+    assert told == ["terminate", "kill"]
+    assert seeds._GRACE < seeds._HARD < 5.0 - 2 * seeds._LOOK
+
+
+def test_seeds_that_had_not_begun_are_gone_on_with(tmp_path, monkeypatch):
+    given = []
+    monkeypatch.setattr(seeds, "_run", lambda folders, *_: given.extend(folders))
+    train(small(tmp_path / "seed_0"))
+    with pytest.raises(ValueError, match="all its runs are finished"):
+        resume_seeds(tmp_path)
+    (tmp_path / "seed_1").mkdir()
+    write_config(tmp_path / "seed_1", checked_config(small(None, seed=1)))
+    resume_seeds(tmp_path)
+    assert given == [tmp_path / "seed_1"]
+
+
+def test_a_folder_without_runs_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="neither a run nor a folder of runs"):
+        resume_seeds(tmp_path)
+
+
+def test_what_all_seeds_share_is_refused_before_anything_is_written(tmp_path):
+    for changes, given, message in (
+        ({}, (0, 1), "seeds = 0"),
+        ({}, (2, 0), "jobs = 0"),
+        ({"hyperparams": {**SMALL, "gamma": 2.0}}, (2, 1), "gamma = 2.0"),
+        ({"hyperparams": {**SMALL, "n_envs": 1, "n_steps": 1}}, (2, 1), "not allowed"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            train_seeds(small(tmp_path / "runs", **changes), *given)
+    assert not (tmp_path / "runs").exists()
+
+
+def test_every_seed_is_written_down_before_the_first_begins(tmp_path, monkeypatch):
+    given = []
+    monkeypatch.setattr(seeds, "_run", lambda folders, *_: given.extend(folders))
+    parent = train_seeds(small(tmp_path / "runs", seed=3), 2)
+    assert given == [parent / "seed_3", parent / "seed_4"]
+    assert [read_config(folder)["seed"] for folder in given] == [3, 4]
+
+
+def test_two_processes_do_not_go_on_with_the_same_seeds(tmp_path):
+    (tmp_path / "seed_0").mkdir()
+    write_config(tmp_path / "seed_0", checked_config(small(None)))
+    with files.owned(tmp_path), pytest.raises(BlockingIOError, match="in use by process"):
+        resume_seeds(tmp_path)
