@@ -13,7 +13,7 @@ export MKL_NUM_THREADS := 1
 .PHONY: demo test slow clients lint figures results benchmark peers clean
 
 demo: $(READY)  ## The trained agents and the whole field on 1,000 random rigs
-	$(BIN)/python eval.py --suite default --output $(DEMO)
+	$(BIN)/python eval.py --suite default --output $(DEMO) --overwrite
 
 test: $(READY) lint  ## Linters, type checker and the fast tests
 	$(BIN)/python -m pytest -n 2
@@ -34,9 +34,9 @@ figures: $(READY)  ## The chapter's figures and the bistable region, from the pr
 	$(BIN)/python -m drillrig_env.plots
 
 results: $(READY)  ## Every policy on every suite, and the page of results; about a quarter of an hour
-	$(BIN)/python eval.py mppi --suite default --output results/state --no-pictures
+	$(BIN)/python eval.py mppi --suite default --output results/state --no-pictures --overwrite
 	$(BIN)/python eval.py --output results/state --reference soft_torque --no-pictures --resume
-	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures
+	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures --overwrite
 	$(BIN)/python -m drillrig_env.evaluation.page results/state results/surface
 
 benchmark: $(READY)  ## Speed beside everything else that is installed, and the page of it; about an hour

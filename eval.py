@@ -20,24 +20,23 @@ import argparse
 import shlex
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
-from typing import Any
-
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 import baselines
 import drillrig_env
-from drillrig_env.evaluation import histories as histories_of
-from drillrig_env.evaluation.contest import Failure, check_same, config_of, run_contest
+from drillrig_env.command_line import DONE, FAILED, Parser, command, whole
+from drillrig_env.evaluation.beginning import begin
+from drillrig_env.evaluation.contest import Contestant, Failure, config_of, run_contest
 from drillrig_env.evaluation.contestants import find_contestants
 from drillrig_env.evaluation.histories import Histories
-from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.report import print_suite
-from drillrig_env.evaluation.results import Results, read
+from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.store import clear_pictures, read, read_histories, save
 from drillrig_env.evaluation.suites import SUITES, Suite, suite
 from drillrig_env.evaluation.tables import all_estimates
+from drillrig_env.files import check_writable, owned
 from drillrig_env.parameters import closest
+from drillrig_env.progress import Progress
 
 EXAMPLE = '''\
 from baselines import Baseline
@@ -67,99 +66,108 @@ without arguments.
 """
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> int:
     """Parse the command line, put every policy through every suite, and report; the exit status."""
     parser = _parser()
     chosen = parser.parse_args(arguments)
-    if chosen.saved:
+    line = shlex.join(["python", "eval.py", *(sys.argv[1:] if arguments is None else arguments)])
+    try:
+        if chosen.saved:
+            return _report_again(chosen)
+        check_writable(chosen.output)
+        suites = [suite(name, chosen.rigs) for name in SUITES if name in chosen.suite]
+        contestants, failures, conditions = find_contestants(chosen.policies, chosen.env, chosen.slow, _warn)
+        _print(failures)
+        names = [contestant.name for contestant in contestants]
+        reference = chosen.reference or next(iter(names), "")
+        if names and reference not in names:
+            raise ValueError(
+                f"--reference {reference} is not among the policies that compete; {closest(reference, names)}"
+            )
+    except ValueError as error:
+        parser.error(str(error))
+    if not contestants:
+        return FAILED
+    config = config_of(conditions, suites, contestants, drillrig_env.__version__, line, reference)
+    with owned(chosen.output):
         try:
-            results, histories = read(chosen.saved), histories_of.read(chosen.saved)
+            results, histories = begin(chosen.output, config, chosen.resume, chosen.overwrite, _warn)
         except ValueError as error:
             parser.error(str(error))
-        reference = chosen.reference or results.config["reference"]
-        for name in results.scores:
-            _report(results, name, reference, chosen)
-        _draw(results, histories, chosen.saved, chosen)
-        return 0
-    try:
-        suites = [suite(name, chosen.rigs) for name in SUITES if name in chosen.suite]
-    except ValueError as error:
-        parser.error(str(error))
-    contestants, failures = find_contestants(chosen.policies, chosen.env, chosen.slow)
-    _print(failures)
-    names = [contestant.name for contestant in contestants]
-    reference = chosen.reference or next(iter(names), "")
-    if names and reference not in names:
-        parser.error(f"--reference {reference} is not among the policies that compete; {closest(reference, names)}")
-    command = shlex.join(["python", "eval.py", *(sys.argv[1:] if arguments is None else arguments)])
-    version = drillrig_env.__version__
-    config = config_of(chosen.env, suites, contestants, version, command, reference)
-    try:
-        results, histories = _begin(chosen.output, config, chosen.resume)
-    except ValueError as error:
-        parser.error(str(error))
-    try:
-        for one in suites:
-            with _progress() as bar:
-                task = bar.add_task(one.name)
-                failed = run_contest(
-                    one, contestants, results, histories, chosen.output, partial(_show, bar, task, one)
-                )
-            _print(failed)
-            failures += failed
-            if one.name in results.scores:
-                _report(results, one.name, reference, chosen)
-    except KeyboardInterrupt:
-        again = command if chosen.resume else f"{command} --resume"
-        print(f"stopped; what was finished is in {chosen.output}; to go on: {again}")
-        return 130
-    if results.scores:
-        results.estimates = all_estimates(results.scores, reference)
-        results.save(chosen.output)
-        _draw(results, histories, chosen.output, chosen)
+        failures += _run(suites, contestants, results, histories, chosen)
+        if results.scores:
+            results.estimates = all_estimates(results.scores, reference)
+            save(chosen.output, results, histories)
+            _draw(results, histories, chosen.output, chosen)
     for failure in failures:
         print(f"error: {failure}", file=sys.stderr)
-    return 1 if failures else 0
+    return FAILED if failures else DONE
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python eval.py",
-        description=__doc__,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+def _parser() -> Parser:
+    parser = Parser(prog="python eval.py", description=__doc__, epilog=_EPILOG)
+    add = parser.add_argument
+    add("policies", nargs="*", help=f"who competes; baselines: {', '.join(baselines.BASELINES)}")
+    add(
+        "--env",
+        choices=list(drillrig_env.ENVIRONMENTS),
+        help="whose sensors (default: those that the named agents were trained with, or DrillRig-v0)",
     )
-    parser.add_argument("policies", nargs="*", help=f"who competes; baselines: {', '.join(baselines.BASELINES)}")
-    parser.add_argument("--env", choices=list(drillrig_env.ENVIRONMENTS), default="DrillRig-v0", help="whose sensors")
-    parser.add_argument("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
-    parser.add_argument("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
-    parser.add_argument("--rigs", type=int, default=1000, help="random rigs of a suite that is drawn (default: 1000)")
-    parser.add_argument(
-        "--output", type=Path, default=Path("results"), help="folder for the results (default: results)"
-    )
-    parser.add_argument("--resume", action="store_true", help="go on with the results in the output folder")
-    parser.add_argument(
-        "--reference", metavar="NAME", help="policy that the others are compared with (default: the first)"
-    )
-    parser.add_argument(
-        "--details", action="store_true", help="print also hardness, other scores and paired differences"
-    )
-    parser.add_argument("--no-pictures", action="store_true", help="draw nothing")
-    parser.add_argument(
-        "--from", dest="saved", type=Path, metavar="DIR", help="report the results of a folder; run nothing"
-    )
+    add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
+    add("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
+    add("--rigs", type=whole(), default=1000, help="random rigs of a suite that is drawn (default: 1000)")
+    add("--output", type=Path, default=Path("results"), help="folder for the results (default: results)")
+    kept = parser.add_mutually_exclusive_group()
+    kept.add_argument("--resume", action="store_true", help="go on with the results in the output folder")
+    kept.add_argument("--overwrite", action="store_true", help="replace whatever results are in the output folder")
+    add("--reference", metavar="NAME", help="policy that the others are compared with (default: the first)")
+    add("--details", action="store_true", help="print also hardness, other scores and paired differences")
+    add("--no-pictures", action="store_true", help="draw nothing")
+    add("--from", dest="saved", type=Path, metavar="DIR", help="report the results of a folder; run nothing")
     return parser
 
 
-def _begin(folder: Path, config: dict[str, Any], resume: bool) -> tuple[Results, Histories]:
-    """The results to add to: empty ones, or with `resume` those of the folder, if they are of the same making."""
-    if not resume or not (folder / "results.json").exists():
-        return Results(config, provenance()), Histories()
-    results, histories = read(folder), histories_of.read(folder)
-    check_same(results.config, config, folder)
-    merged = {name: {**config[name], **results.config[name], **config[name]} for name in ("suites", "policies")}
-    results.config, results.provenance = {**config, **merged}, provenance()
-    return results, histories
+def _report_again(chosen: argparse.Namespace) -> int:
+    """The tables and pictures of results that are there."""
+    results = read(chosen.saved)
+    try:
+        histories = Histories() if chosen.no_pictures else read_histories(chosen.saved)
+    except ValueError as error:
+        _warn(f"no pictures over time: {error}")
+        histories = Histories()
+    for name in results.scores:
+        _report(results, name, chosen.reference or results.config["reference"], chosen)
+    _draw(results, histories, chosen.saved, chosen)
+    return DONE
+
+
+def _run(
+    suites: Sequence[Suite],
+    contestants: Sequence[Contestant],
+    results: Results,
+    histories: Histories,
+    chosen: argparse.Namespace,
+) -> list[Failure]:
+    """Run what is not there yet, suite by suite, with a table after each; who failed."""
+    failures = []
+    if any(not results.has(one.name, contestant.name) for one in suites for contestant in contestants):
+        clear_pictures(chosen.output)
+    try:
+        for one in suites:
+            left = [contestant for contestant in contestants if not results.has(one.name, contestant.name)]
+            with Progress(one.name, len(left)) as progress:
+                failed = run_contest(one, left, results, histories, chosen.output, progress.show)
+            _print(failed)
+            failures += failed
+            if one.name in results.scores:
+                _report(results, one.name, chosen.reference or results.config["reference"], chosen)
+    except KeyboardInterrupt as stop:
+        line = results.config["command"].replace(" --overwrite", "")
+        again = line if chosen.resume else f"{line} --resume"
+        stop.add_note(f"what was finished is in {chosen.output}; to go on: {again}")
+        raise
+    return failures
 
 
 def _report(results: Results, name: str, reference: str, chosen: argparse.Namespace) -> None:
@@ -176,18 +184,14 @@ def _draw(results: Results, histories: Histories, folder: Path, chosen: argparse
     print(f"results.csv, results.json{'' if chosen.no_pictures else ', pictures'}: {folder.resolve()}")
 
 
-def _progress() -> Progress:
-    return Progress(TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn(), transient=True)
-
-
-def _show(bar: Progress, task: Any, suite: Suite, policy: str, done: int, of: int) -> None:
-    bar.update(task, description=f"{suite.name}: {policy}", completed=done, total=of)
-
-
 def _print(failures: Sequence[Failure]) -> None:
     """Failures as they happen, each with the innermost calls of its traceback."""
     for failure in failures:
-        print(f"error: {failure}\n{failure.trace}".rstrip(), file=sys.stderr)
+        _warn(f"error: {failure}\n{failure.trace}".rstrip())
+
+
+def _warn(line: str) -> None:
+    print(line, file=sys.stderr)
 
 
 if __name__ == "__main__":

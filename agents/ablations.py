@@ -12,7 +12,6 @@ holds already is not repeated, unless the setting has changed since.
 
 from __future__ import annotations
 
-import argparse
 import json
 import shlex
 import sys
@@ -34,11 +33,12 @@ from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.progress import bars
 from agents.training.settings import checked_config
 from agents.variants import VARIANTS, Variant
+from drillrig_env.command_line import Parser, command, whole
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import default_suite
-from drillrig_env.files import write_text
+from drillrig_env.files import check_writable, write_text
 from drillrig_env.parameters import refuse
 from drillrig_env.seeds import VALIDATION_SEEDS
 
@@ -50,30 +50,28 @@ _MADE_BY = ("algorithm", "env_id", "env_kwargs", "hyperparameters")
 """Entries of a training's config that must agree for it to count as done."""
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, train what is missing, and write the file."""
     names = [variant.name for variant in VARIANTS]
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("--variants", nargs="+", choices=names, default=names, help="which (default: all)")
-    parser.add_argument("--steps", type=int, default=STEPS, help=f"of each training (default: {STEPS})")
-    parser.add_argument("--seeds", type=int, default=SEEDS, help=f"of each variant (default: {SEEDS})")
-    parser.add_argument("--rigs", type=int, default=RIGS, help=f"that each is scored on (default: {RIGS})")
-    parser.add_argument("--threads", type=int, help="threads that step the rigs (default: all cores)")
+    parser.add_argument("--steps", type=whole(), default=STEPS, help=f"of each training (default: {STEPS})")
+    parser.add_argument("--seeds", type=whole(), default=SEEDS, help=f"of each variant (default: {SEEDS})")
+    parser.add_argument("--rigs", type=whole(), default=RIGS, help=f"that each is scored on (default: {RIGS})")
+    parser.add_argument("--threads", type=whole(), help="threads that step the rigs (default: all cores)")
     parser.add_argument("--output", type=Path, default=FILE, help=f"file to write (default: {FILE})")
     chosen = parser.parse_args(arguments)
-    command = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    check_writable(chosen.output.parent)
     variants = [variant for variant in VARIANTS if variant.name in chosen.variants]
     try:
-        ablate(
-            variants, chosen.seeds, chosen.steps, chosen.rigs, chosen.output, threads=chosen.threads, command=command
-        )
+        ablate(variants, chosen.seeds, chosen.steps, chosen.rigs, chosen.output, threads=chosen.threads, command=line)
     except ValueError as error:
         parser.error(str(error))
-    except KeyboardInterrupt:
-        print(f"stopped; what was finished is in {chosen.output}; to go on: {command}")
-        raise SystemExit(130) from None
+    except KeyboardInterrupt as stop:
+        stop.add_note(f"what was finished is in {chosen.output}; to go on: {line}")
+        raise
     print(chosen.output.resolve())
 
 
@@ -189,4 +187,4 @@ class _Show(BaseCallback):
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -10,7 +10,6 @@ person saw in the pictures is quoted from docs/agents/findings.md.
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,10 +23,12 @@ from agents.rivals import ahead
 from agents.shipping.card import training_minutes
 from agents.shipping.export import EXAMPLE
 from drillrig_env import markdown
+from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
+from drillrig_env.files import write_text
 
 COMMAND = "python -m agents.page"
 AGENT = "ppo"
@@ -76,11 +77,10 @@ with nothing but onnxruntime and NumPy:
 """
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Draw the pictures and write the page, or only check it."""
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
     parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is out of date")
     chosen = parser.parse_args(arguments)
@@ -96,7 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from agents.pictures import draw_all
 
     draw_all(AGENT, chosen.docs / "images" / "agents")
-    path.write_text(text, encoding="utf-8")
+    write_text(path, text)
     print(path.resolve())
 
 
@@ -237,4 +237,4 @@ def _made(docs: Path, found: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from drillrig_env import markdown
-from drillrig_env.evaluation.results import Results, read
+from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import Estimate
+from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Column, Row, stored_row
 
 _COLUMNS = {column.heading: column for column in (*MAIN.columns, *OTHERS.columns)}

@@ -15,11 +15,9 @@ longer than that in all. torchdiffeq gets 1 s of motion only.
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,7 +26,9 @@ import numpy as np
 
 from benchmarks.case import NORMAL_FORCES, SPEED_REFERENCES, Rigs, drawn_rigs, largest_errors, sample_times
 from benchmarks.measure import (
+    deaf_to_interrupt,
     in_new_process,
+    kept,
     median_seconds,
     memory_growth,
     note,
@@ -40,6 +40,7 @@ from benchmarks.measure import (
 from benchmarks.peers import BATCH_PEERS
 from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
 from drillrig_env.arrays import FloatArray
+from drillrig_env.command_line import Parser, above_zero, command, whole
 from drillrig_env.jit.threads import available_threads
 
 SIZES = (1, 16, 256, 4096, 65536)
@@ -92,8 +93,10 @@ def reference_of(rig: int) -> FloatArray:
 
 def references(rigs: int) -> FloatArray:
     """The accurate bit speeds of the first rigs, shape (rigs, samples), from as many processes as there are cores."""
-    with ProcessPoolExecutor(available_threads(), mp_context=multiprocessing.get_context("spawn")) as pool:
-        return np.stack(list(pool.map(reference_of, range(rigs))))
+    with deaf_to_interrupt():
+        pool = multiprocessing.get_context("spawn").Pool(available_threads())
+    with pool:  # which ends its processes, whatever they do, where this one is stopped
+        return np.stack(pool.map(reference_of, range(rigs), chunksize=1))
 
 
 def expected_seconds(sizes: Result, size: int) -> float:
@@ -181,14 +184,15 @@ def report(results: list[Result]) -> None:
     )
 
 
+@command
 def main() -> None:
     """Measure all solvers over all sizes and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=int, default=5, help="timings of which the median counts (default: 5)")
+    parser = Parser(prog="python -m benchmarks.batches", description=__doc__)
+    parser.add_argument("--repeats", type=whole(), default=5, help="timings of which the median counts (default: 5)")
     parser.add_argument("--quick", action="store_true", help="a first look: up to 256 rigs, 2 repeats, a minute or two")
-    parser.add_argument("--limit", type=float, default=60.0, help="longest run of a batch, s (default: 60)")
+    parser.add_argument("--limit", type=above_zero, default=60.0, help="longest run of a batch, s (default: 60)")
     parser.add_argument(
-        "--sizes", type=int, nargs="+", default=list(SIZES), help="numbers of rigs (default: %(default)s)"
+        "--sizes", type=whole(), nargs="+", default=list(SIZES), help="numbers of rigs (default: %(default)s)"
     )
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="only solvers with NAME in theirs")
     parser.add_argument(
@@ -197,12 +201,16 @@ def main() -> None:
     arguments = parser.parse_args()
     sizes = sorted(size for size in arguments.sizes if not arguments.quick or size <= BASE_SIZE)
     repeats, limit = (2, 10.0) if arguments.quick else (arguments.repeats, arguments.limit)
+    try:
+        wanted = asked_for(BATCH_PEERS, arguments.only)
+    except ValueError as error:
+        parser.error(str(error))
     missing = left_out(BATCH_PEERS)
     for hint in missing:
         note(hint)
     runs = [
         (peer, setting)
-        for peer in asked_for(BATCH_PEERS, arguments.only)
+        for peer in wanted
         for setting in (peer.settings[len(peer.settings) // 2 :][:1] if arguments.quick else peer.settings)
     ]
     note("the accurate solution")
@@ -221,17 +229,18 @@ def main() -> None:
         "left_out": missing,
         "batches": results,
     }
-    try:
+
+    def tell() -> None:
+        report(results)
+        write_json(arguments.json, outcome)
+
+    with kept(arguments.json, tell):
         for number, (peer, setting) in enumerate(runs, 1):
             note(f"[{number}/{len(runs)}] {peer.name}, {setting.label}")
             results.append(described(peer, setting))
             for _ in measure(results[-1], setting, reference, sizes, repeats, limit):
                 write_json(arguments.json, outcome, announce=False)
-    except KeyboardInterrupt:
-        note("stopped; what was measured is kept")
-    report(results)
-    write_json(arguments.json, outcome)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

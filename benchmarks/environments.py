@@ -17,7 +17,6 @@ process's resident memory from a small to a large vector environment, after a re
 
 from __future__ import annotations
 
-import argparse
 import os
 import statistics
 import time
@@ -32,7 +31,8 @@ import numpy as np
 from gymnasium.utils import performance
 
 from benchmarks.environment_peers import LARGEST, OURS, Environment, Peer, peers
-from benchmarks.measure import in_new_process, note, print_table, write_json
+from benchmarks.measure import in_new_process, kept, note, print_table, write_json
+from drillrig_env.command_line import Parser, above_zero, command, whole
 from drillrig_env.jit.threads import available_threads
 
 SIZES = (1, 64, 256, 1024, 4096, 16_384, LARGEST)
@@ -186,16 +186,13 @@ def tabulate(results: dict[str, Any]) -> None:
         print(f"\nmemory: {results['memory']['bytes_per_rig']:,.0f} bytes per rig in the vector environment")
 
 
+@command
 def main(arguments: list[str] | None = None) -> None:
     """Measure, write the figures after every size, and print the table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.environments",
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--repeats", type=int, help="runs of which the median counts (default: 5; quick: 1)")
-    parser.add_argument("--seconds", type=float, help="shortest length of a run, s (default: 1; quick: 0.2)")
-    parser.add_argument("--sizes", type=int, nargs="+", metavar="N", help=f"numbers of copies (default: {SIZES})")
+    parser = Parser(prog="python -m benchmarks.environments", description=__doc__)
+    parser.add_argument("--repeats", type=whole(), help="runs of which the median counts (default: 5; quick: 1)")
+    parser.add_argument("--seconds", type=above_zero, help="shortest length of a run, s (default: 1; quick: 0.2)")
+    parser.add_argument("--sizes", type=whole(), nargs="+", metavar="N", help=f"numbers of copies (default: {SIZES})")
     parser.add_argument("--quick", action="store_true", help=f"a first look: sizes {QUICK_SIZES}, one short run each")
     parser.add_argument(
         "--json", type=Path, default=Path("results/benchmarks/environments.json"), help="where to write"
@@ -224,7 +221,12 @@ def main(arguments: list[str] | None = None) -> None:
         "versions": {peer.package[1]: version(peer.package[1]) for peer in found if peer.package},
         "rates": {},
     }
-    try:
+
+    def tell() -> None:
+        tabulate(results)
+        write_json(chosen.json, results)
+
+    with kept(chosen.json, tell):
         for size in sizes:
             for rates in measure(found, size, repeats, seconds):
                 results["rates"][str(size)] = rates
@@ -233,11 +235,7 @@ def main(arguments: list[str] | None = None) -> None:
             note("memory per rig, in fresh processes")
             results["memory"] = memory(*(QUICK_MEMORY_SIZES if chosen.quick else MEMORY_SIZES), min(repeats, 3))
             write_json(chosen.json, results, announce=False)
-    except KeyboardInterrupt:
-        note("stopped; what was measured is kept")
-    tabulate(results)
-    write_json(chosen.json, results)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

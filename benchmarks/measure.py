@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import json
 import math
 import multiprocessing
 import os
 import signal
 import statistics
 import sys
+import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from drillrig_env import markdown
 from drillrig_env.evaluation.provenance import processor, provenance
+from drillrig_env.files import check_writable, json_text, write_text
 
 LEAST_SECONDS = 0.02
 """Shorter work is repeated within one timing until it takes about this long, s."""
@@ -91,7 +93,8 @@ def in_new_process(work: Callable[..., Any], *arguments: Any, timeout: float | N
     context = multiprocessing.get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_answer, args=(sender, work, arguments), daemon=True)
-    process.start()
+    with deaf_to_interrupt():
+        process.start()
     sender.close()
     try:
         if not receiver.poll(timeout):
@@ -108,12 +111,41 @@ def in_new_process(work: Callable[..., Any], *arguments: Any, timeout: float | N
     return result
 
 
+@contextmanager
+def deaf_to_interrupt() -> Iterator[None]:
+    """Let a process that is started here be deaf to Ctrl-C from its first moment: that is the parent's to answer."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    earlier = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, earlier)
+
+
 def _answer(sender: Connection, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where it is not inherited, as on Windows
     try:
         sender.send((None, work(*arguments)))
     except Exception as error:
         sender.send((f"{type(error).__name__}: {error}", None))
+
+
+@contextmanager
+def kept(path: Path, report: Callable[[], object]) -> Iterator[None]:
+    """Measure within the block: when it ends, and when it is stopped, `report` prints and writes what there is.
+
+    `OSError`, before anything is measured, where `path` cannot be written.
+    """
+    check_writable(path.parent)
+    try:
+        yield
+    except KeyboardInterrupt as stop:
+        report()
+        stop.add_note("what was measured is kept")
+        raise
+    report()
 
 
 def note(line: str) -> None:
@@ -129,7 +161,6 @@ def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
 def write_json(path: Path, results: dict[str, Any], *, announce: bool = True) -> None:
     """Write results beside machine, versions and date; `announce` prints where."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = {"machine": processor(), "provenance": provenance(), "results": results}
-    path.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+    write_text(path, json_text({"machine": processor(), "provenance": provenance(), "results": results}))
     if announce:
         print(f"\n{processor()}; written to {path}")

@@ -11,7 +11,6 @@ about a part is quoted from performance/notes.md, where a heading such as `## so
 
 from __future__ import annotations
 
-import argparse
 import json
 import re
 import shutil
@@ -23,8 +22,10 @@ from typing import Any
 from benchmarks.measure import note
 from benchmarks.parts import PARTS, Part
 from drillrig_env import markdown
+from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.pictures import draw
 from drillrig_env.evaluation.provenance import in_words
+from drillrig_env.files import write_text
 
 COMMAND = "python -m benchmarks.page"
 NOT_UNDERSTOOD = (AttributeError, IndexError, KeyError, TypeError, ValueError)
@@ -37,11 +38,10 @@ Machines differ: quote the ratios. This page and its pictures come from the stor
 """
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Take the figures in, draw the pictures and write the page, or only check it."""
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument(
         "folder",
         nargs="?",
@@ -58,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     take_in(chosen.folder, store_of(chosen.output))
     draw_pictures(chosen.output)
-    chosen.output.write_text(page(chosen.output), encoding="utf-8")
+    write_text(chosen.output, page(chosen.output))
     print(chosen.output.resolve())
 
 
@@ -177,4 +177,4 @@ def _made(found: Mapping[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -17,7 +17,6 @@ measured error is below the same limit.
 
 from __future__ import annotations
 
-import argparse
 import statistics
 from importlib import import_module
 from pathlib import Path
@@ -26,13 +25,14 @@ from typing import Any
 import numpy as np
 
 from benchmarks.case import ONE_RIG, START, largest_errors, sample_times
-from benchmarks.measure import note, print_table, seconds_of, timing, use_one_core, write_json
+from benchmarks.measure import kept, note, print_table, seconds_of, timing, use_one_core, write_json
 from benchmarks.peers import PEERS
 from benchmarks.peers.peer import Peer, Run, Setting, asked_for, left_out
 from benchmarks.peers.project import DEFAULT, LIBRARY, LOOSE, compile_seconds
 from benchmarks.peers.scipy_solvers import CHAPTER
 from drillrig_env import simulate
 from drillrig_env.arrays import FloatArray
+from drillrig_env.command_line import Parser, command, whole
 
 DURATION, JUDGED = 50.0, 20.0  # s
 Result = dict[str, Any]
@@ -153,10 +153,11 @@ def chosen(only: list[str], quick: bool) -> list[tuple[Peer, Setting]]:
     return runs
 
 
+@command
 def main() -> None:
     """Measure all solvers and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--repeats", type=int, default=5, help="timings of which the median counts (default: 5)")
+    parser = Parser(prog="python -m benchmarks.solvers", description=__doc__)
+    parser.add_argument("--repeats", type=whole(), default=5, help="timings of which the median counts (default: 5)")
     parser.add_argument("--quick", action="store_true", help="a first look: few settings, 2 repeats, about a minute")
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="only solvers with NAME in theirs")
     parser.add_argument(
@@ -164,11 +165,14 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     repeats = 2 if arguments.quick else arguments.repeats
+    try:
+        wanted = chosen(arguments.only, arguments.quick)
+    except ValueError as error:
+        parser.error(str(error))
     use_one_core()
     missing = left_out(PEERS)
     for hint in missing:
         note(hint)
-    wanted = chosen(arguments.only, arguments.quick)
     reference = ONE_RIG.bit_speeds(sample_times(JUDGED))[0]
     results: list[Result] = []
     outcome: Result = {
@@ -185,7 +189,16 @@ def main() -> None:
         "solvers": results,
     }
     runs: list[tuple[Result, Run]] = []
-    try:
+
+    def tell() -> None:
+        report(results, outcome.get("faster_than", {}))
+        if "project_first_call_s" in outcome:
+            worst = f"{outcome['largest_error_of_stored_runs_rad_s']:.1e} rad/s"
+            print(f"\nlargest error of any speed over the 30 stored runs (2 to 40 N, 0.3 to 9 rad/s): {worst}")
+            print(f"first call after an installation, which compiles: {outcome['project_first_call_s']:.1f} s")
+        write_json(arguments.json, outcome)
+
+    with kept(arguments.json, tell):
         for number, (peer, setting) in enumerate(wanted, 1):
             note(f"[{number}/{len(wanted)}] {peer.name}, {setting.label}: compilation and error")
             result, run = prepared(peer, setting, reference)
@@ -201,15 +214,7 @@ def main() -> None:
         note("accuracy over the stored runs, and the first call after an installation")
         outcome["largest_error_of_stored_runs_rad_s"] = accuracy()
         outcome["project_first_call_s"] = compile_seconds()
-    except KeyboardInterrupt:
-        note("stopped; what was measured is kept")
-    report(results, outcome.get("faster_than", {}))
-    if "project_first_call_s" in outcome:
-        worst = outcome["largest_error_of_stored_runs_rad_s"]
-        print(f"\nlargest error of any speed over the 30 stored runs (2 to 40 N, 0.3 to 9 rad/s): {worst:.1e} rad/s")
-        print(f"first call after an installation, which compiles: {outcome['project_first_call_s']:.1f} s")
-    write_json(arguments.json, outcome)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

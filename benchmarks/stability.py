@@ -11,7 +11,6 @@ AUTO-07p continues the same model in Fortran (`benchmarks/auto.py`): its Hopf po
 
 from __future__ import annotations
 
-import argparse
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -22,8 +21,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.auto import FRICTION, HINT, LAWS, ONE_CORE, RIG, auto, is_installed
-from benchmarks.measure import in_new_process, median_seconds, note, print_table, write_json
+from benchmarks.measure import in_new_process, kept, median_seconds, note, print_table, write_json
 from drillrig_env import Friction, Rig
+from drillrig_env.command_line import Parser, command, whole
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.stability import bifurcation_diagram, critical_speed, fold_speed, hopf_and_fold_curves
 from drillrig_env.stability.bifurcation import slipping_branch
@@ -134,30 +134,34 @@ def told(vibration: dict[str, Any]) -> str:
     )
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, write the figures after each of them, and print the tables."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.stability", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog="python -m benchmarks.stability", description=__doc__)
     add = parser.add_argument
-    add("--repeats", type=int, help=f"timings of which the median counts (default: {REPEATS}; quick: {QUICK_REPEATS})")
-    add("--map", type=int, help=f"points along either side of the map (default: {SIZE}; quick: {QUICK_SIZE})")
+    add(
+        "--repeats",
+        type=whole(),
+        help=f"timings, whose median counts (default: {REPEATS}; quick: {QUICK_REPEATS})",
+    )
+    add("--map", type=whole(), help=f"points along either side of the map (default: {SIZE}; quick: {QUICK_SIZE})")
     add("--quick", action="store_true", help="a first look: every analysis once, a small map")
     add("--json", type=Path, default=Path("results/benchmarks/stability.json"), help="where to write the figures")
     chosen = parser.parse_args(arguments)
     repeats = chosen.repeats or (QUICK_REPEATS if chosen.quick else REPEATS)
     size = chosen.map or (QUICK_SIZE if chosen.quick else SIZE)
     results: dict[str, dict[str, Any]] = {"seconds": {}, "hopf_to_fold": {}, "map": {}}
-    try:
+
+    def tell() -> None:
+        tabulate(results)
+        write_json(chosen.json, results)
+
+    with kept(chosen.json, tell):
         for table, name, figures in measure(repeats, size):
             results[table][name] = figures
             note(name)
             write_json(chosen.json, results, announce=False)
-    except KeyboardInterrupt:
-        note("stopped; what was measured is kept")
-    tabulate(results)
-    write_json(chosen.json, results)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

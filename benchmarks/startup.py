@@ -16,7 +16,6 @@ Root may write anywhere; run by root, the read-only cases drop that power with `
 
 from __future__ import annotations
 
-import argparse
 import os
 import shutil
 import statistics
@@ -30,7 +29,8 @@ from pathlib import Path
 from typing import Any
 
 import drillrig_env
-from benchmarks.measure import note, print_table, write_json
+from benchmarks.measure import kept, note, print_table, write_json
+from drillrig_env.command_line import Parser, command, whole
 
 TIMED = """
 import time
@@ -162,13 +162,12 @@ def tabulate(cases: Mapping[str, Any]) -> None:
     print_table(["install", "process", *(f"{task}, s" for task in TASKS)], rows)
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, write the figures after each of them, and print the table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.startup", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--repeats", type=int, help="later processes of which the median counts (default: 5; quick: 1)")
-    parser.add_argument("--installs", type=int, help="fresh installs of which the median counts (default: 2; quick: 1)")
+    parser = Parser(prog="python -m benchmarks.startup", description=__doc__)
+    parser.add_argument("--repeats", type=whole(), help="later processes, whose median counts (default: 5; quick: 1)")
+    parser.add_argument("--installs", type=whole(), help="fresh installs, whose median counts (default: 2; quick: 1)")
     parser.add_argument("--quick", action="store_true", help="a first look: the fresh install alone, once")
     parser.add_argument("--json", type=Path, default=Path("results/benchmarks/startup.json"), help="where to write")
     chosen = parser.parse_args(arguments)
@@ -185,7 +184,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "tasks": TASKS,
         "cases": {},
     }
-    try:
+
+    def tell() -> None:
+        tabulate(results["cases"])
+        write_json(chosen.json, results)
+
+    with kept(chosen.json, tell):
         for case in wanted:
             runs: dict[str, dict[str, list[float]]] = {}
             try:
@@ -198,11 +202,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 note(f"{case}: fails: {error}")
                 results["cases"].setdefault(case, {})["fails"] = str(error)
                 write_json(chosen.json, results, announce=False)
-    except KeyboardInterrupt:
-        note("stopped; what was measured is kept")
-    tabulate(results["cases"])
-    write_json(chosen.json, results)
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

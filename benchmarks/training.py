@@ -22,14 +22,14 @@ seen earlier. Start-up, compilation and validation are not in them; the file has
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.measure import note, print_table, write_json
+from benchmarks.measure import kept, note, print_table, write_json
+from drillrig_env.command_line import Parser, command, whole
 from drillrig_env.extras import missing
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.parameters import refuse
@@ -147,17 +147,16 @@ def results(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return {"goal": GOAL, "validation_rigs": RIGS, "rows": summary(runs), "runs": list(runs)}
 
 
+@command
 def main() -> None:
     """Train, and print and write the table."""
-    parser = argparse.ArgumentParser(
-        prog="python -m benchmarks.training", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog="python -m benchmarks.training", description=__doc__)
     add = parser.add_argument
     add("--algorithms", nargs="+", choices=list(SEEDS), default=list(SEEDS), help="which (default: both)")
     there = [number for number in (1, 2) if number <= available_threads()]
-    add("--cores", nargs="+", type=int, default=there, help="numbers of cores (default: 1 2, as far as there are)")
-    add("--seeds", type=int, help="training seeds 0, 1, ... of each algorithm (default: 5 of ppo, 3 of sac)")
-    add("--repeats", type=int, default=5, help="chunks that are timed in each run, at least (default: 5)")
+    add("--cores", nargs="+", type=whole(), default=there, help="numbers of cores (default: 1 2, as far as there are)")
+    add("--seeds", type=whole(), help="training seeds 0, 1, ... of each algorithm (default: 5 of ppo, 3 of sac)")
+    add("--repeats", type=whole(), default=5, help="chunks that are timed in each run, at least (default: 5)")
     add("--quick", action="store_true", help="speeds and shares alone, of one seed")
     add("--json", type=Path, default=Path("results/benchmarks/training.json"), help="file to write")
     arguments = parser.parse_args()
@@ -168,7 +167,13 @@ def main() -> None:
     except ValueError as error:
         parser.error(str(error))
     runs: list[dict[str, Any]] = []
-    try:
+
+    def tell() -> None:
+        if runs:
+            print_table(HEADINGS, [cells(row) for row in summary(runs)])
+            write_json(arguments.json, results(runs))
+
+    with kept(arguments.json, tell):
         for number, run in enumerate(left, 1):
             try:
                 runs.append(in_fresh_process(run))
@@ -177,12 +182,7 @@ def main() -> None:
                 continue
             note(f"[{number}/{len(left)}] {told(runs[-1])}")
             write_json(arguments.json, results(runs), announce=False)
-    except KeyboardInterrupt:
-        note(f"stopped; {len(runs)} of {len(left)} runs are done")
-    if runs:
-        print_table(HEADINGS, [cells(row) for row in summary(runs)])
-        write_json(arguments.json, results(runs))
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

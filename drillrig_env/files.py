@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import secrets
 import shutil
 import time
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -72,6 +73,11 @@ def write_bytes(path: str | Path, content: bytes) -> None:
 def write_text(path: str | Path, content: str) -> None:
     """Write text as the whole content of a file, in UTF-8 and with plain line ends; otherwise as `write_bytes`."""
     write_bytes(path, content.encode("utf-8"))
+
+
+def json_text(content: Any, indent: int = 2) -> str:
+    """Plain values as the text of a JSON file; NaN and infinity, which JSON has not, as null."""
+    return json.dumps(_without_nan(content), indent=indent, ensure_ascii=False) + "\n"
 
 
 def read_json(path: str | Path, remedy: str) -> dict[str, Any]:
@@ -139,6 +145,14 @@ def owned(folder: str | Path) -> Iterator[None]:
         with suppress(OSError):
             (folder / OWNER).unlink(missing_ok=True)
         lock.release()
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_nan(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _owner(folder: Path) -> str:

@@ -14,17 +14,14 @@ it reached (`agents.endurance`).
 from __future__ import annotations
 
 import argparse
-import json
 import shlex
 import shutil
 import sys
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 import drillrig_env
 from agents.endurance import endurance
@@ -41,17 +38,18 @@ from agents.policy.run_folder import (
 )
 from agents.shipping.card import write_card
 from agents.training.progress import read_progress
-from drillrig_env.evaluation import histories as histories_of
-from drillrig_env.evaluation.contest import check_same, config_of, run_contest
+from drillrig_env.evaluation.beginning import begin
+from drillrig_env.evaluation.contest import config_of, run_contest
 from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
-from drillrig_env.evaluation.results import Results, Scores, read
+from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
-from drillrig_env.files import write_text
+from drillrig_env.files import json_text, write_text
 from drillrig_env.policy import find_policy
+from drillrig_env.progress import Progress
 
 COMMAND = "python -m agents.shipping.ship"
 LEAST_SEEDS = 5
@@ -117,8 +115,7 @@ def ship(
         "endurance": endurance(load_policy(target), min(rigs, ENDURING)),
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
     }
-    text = json.dumps(_without_nan(content), indent=1, ensure_ascii=False) + "\n"
-    write_text(target / SEEDS, text)
+    write_text(target / SEEDS, json_text(content, indent=1))
     write_card(name, trained)
     return target
 
@@ -152,23 +149,13 @@ def _evaluate(
     contestant = contestant_of(find_policy(str(runs)), env_id, name)
     chosen = [suite(one, rigs) for one in suites]
     config = config_of(env_id, chosen, [contestant], drillrig_env.__version__, command, name)
-    results, histories = Results(config, provenance()), Histories()
-    if folder and (folder / "results.json").exists():
-        results, histories = read(folder), histories_of.read(folder)
-        check_same(results.config, config, folder)
-        results.config = config
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    with Progress(*columns, transient=True) as bar:
-        for one in chosen:
-            task = bar.add_task(one.name)
-            failures = run_contest(one, [contestant], results, histories, folder, partial(_show, bar, task))
-            if failures:
-                raise ValueError(str(failures[0]))
+    results, histories = begin(folder, config, resume=True) if folder else (Results(config, provenance()), Histories())
+    for one in chosen:
+        with Progress(one.name, 1) as progress:
+            failures = run_contest(one, [contestant], results, histories, folder, progress.show)
+        if failures:
+            raise ValueError(str(failures[0]))
     return results
-
-
-def _show(bar: Progress, task: Any, _policy: str, done: int, of: int) -> None:
-    bar.update(task, completed=done, total=of)
 
 
 def _of_seed(scores: Scores, seed: str) -> Scores:
@@ -188,15 +175,6 @@ def _seed(folder: Path, scores: Scores) -> dict[str, Any]:
         "mitigated": [round(share, 4) for share in mitigated],
         "scores": {heading: estimate.value for heading, estimate in row.items()},
     }
-
-
-def _without_nan(value: Any) -> Any:
-    """NaN as null, which JSON has."""
-    if isinstance(value, dict):
-        return {key: _without_nan(inner) for key, inner in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(inner) for inner in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
 if __name__ == "__main__":

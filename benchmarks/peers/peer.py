@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from benchmarks.case import Rigs
 from drillrig_env.arrays import FloatArray
+from drillrig_env.parameters import closest
 
 Run: TypeAlias = Callable[[], FloatArray]
 """Solves, with everything compiled before; the states at all sample times, the start among them."""
@@ -115,9 +116,20 @@ def left_out(solvers: Iterable[Solver]) -> list[str]:
 
 
 def asked_for(solvers: Iterable[S], only: Sequence[str]) -> list[S]:
-    """The solvers that are installed, and have one of the names `only` in theirs if there are any."""
+    """The solvers that are installed, and have one of the names `only` in theirs if there are any.
+
+    `ValueError` for a name that no solver has, or only such as are not installed.
+    """
+    known = list(solvers)
+    for name in only:
+        named = [solver for solver in known if name.lower() in solver.name.lower()]
+        if not named:
+            names = [solver.name for solver in known]
+            raise ValueError(f"--only: no solver has {name!r} in its name; {closest(name, names)}")
+        if not any(solver.package.found for solver in named):
+            raise ValueError(f"--only {name}: {named[0].package.hint}")
     return [
         solver
-        for solver in solvers
+        for solver in known
         if solver.package.found and (not only or any(name.lower() in solver.name.lower() for name in only))
     ]

@@ -13,18 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.drive import Drive
+from drillrig_env.evaluation.conditions import Conditions
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.scores import score
+from drillrig_env.evaluation.store import save
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.policy import Policy
 
 _FRAMES = 3
 """Calls that a failure's traceback shows, the innermost."""
-
-_UNIQUE = ("command", "reference")
-"""Entries of a config that may differ between a run and its continuation."""
 
 
 @dataclass(frozen=True)
@@ -102,36 +101,8 @@ def run_contest(
         results.add(suite.name, contestant.name, scores)
         results.arrange(results.config.get("policies", ()))
         if folder:
-            histories.save(folder)
-            results.save(folder)
+            save(folder, results, histories)
     return failures
-
-
-def check_same(earlier: Mapping[str, Any], now: Mapping[str, Any], folder: Path) -> None:
-    """Raise `ValueError` where results of an earlier config cannot be continued with the one of `now`.
-
-    Suites and policies that only one of them has are no obstacle.
-    """
-    for name in sorted(earlier.keys() | now.keys()):
-        if name in _UNIQUE:
-            continue
-        before, after = earlier.get(name), now.get(name)
-        if name in ("suites", "policies"):
-            before, after = dict(before or {}), dict(after or {})
-            changed = [key for key in before if key in after and before[key] != after[key]]
-            if changed:
-                kind = {"suites": "suite", "policies": "policy"}[name]
-                raise ValueError(
-                    f"cannot resume {folder}: {kind} {changed[0]} is not what it was: "
-                    f"{_first_change(before[changed[0]], after[changed[0]])}"
-                )
-        elif before != after:
-            raise ValueError(f"cannot resume {folder}: {name} was {before}, and is {after} now")
-
-
-def _first_change(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
-    keys = [key for key in {**before, **after} if before.get(key) != after.get(key)]
-    return f"{keys[0]} was {before.get(keys[0])}, and is {after.get(keys[0])} now"
 
 
 def _run_members(
@@ -160,12 +131,20 @@ def _run_members(
 
 
 def config_of(
-    env_id: str, suites: Sequence[Suite], contestants: Sequence[Contestant], version: str, command: str, reference: str
+    conditions: str | Conditions,
+    suites: Sequence[Suite],
+    contestants: Sequence[Contestant],
+    version: str,
+    command: str,
+    reference: str,
 ) -> dict[str, Any]:
-    """What `results.json` says was asked for, and what `check_same` compares, as it reads from the file."""
+    """What `results.json` says was asked for, and what a continuation is compared with, as it reads from the file."""
+    held = Conditions.named(conditions)
     config = {
         "command": command,
-        "env": env_id,
+        "env": held.env_id,
+        "noise": held.noise,
+        "delay": held.delay,
         "version": version,
         "reference": reference,
         "suites": {suite.name: suite.definition() for suite in suites},

@@ -5,55 +5,92 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from drillrig_env.env.kernel import SLEW_LIMIT
-from drillrig_env.env.registration import ENVIRONMENTS
-from drillrig_env.env.sensors import Sensors
+from drillrig_env.evaluation.conditions import Conditions, conditions_for
 from drillrig_env.evaluation.contest import Contestant, Failure
 from drillrig_env.evaluation.suites import Suite
-from drillrig_env.policy import Policy, PolicySource, channels_of, drive_of, find_policy, policy_names, privileged_of
+from drillrig_env.policy import (
+    Policy,
+    PolicySource,
+    UnknownPolicyError,
+    channels_of,
+    drive_of,
+    find_policy,
+    policy_names,
+    privileged_of,
+)
 
 
 def find_contestants(
-    names: Sequence[str], env_id: str, slow: bool = False, say: Callable[[str], object] = print
-) -> tuple[list[Contestant], list[Failure]]:
-    """The contestants of these names, or all that suit the environment, and who cannot compete.
+    names: Sequence[str],
+    env_id: str | None = None,
+    slow: bool = False,
+    say: Callable[[str], object] = print,
+) -> tuple[list[Contestant], list[Failure], Conditions]:
+    """The contestants of these names, or all that suit the environment; who cannot compete; and the conditions.
 
-    Without names these are all installed policies and the trained agents of the clone. One that does not
-    suit, or that is slow while `slow` is false, is then left out; `say` is called with a line that says why.
+    The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`. Without names
+    the contestants are all installed policies and the trained agents of the clone. One that does not suit, or
+    that is slow while `slow` is false, is then left out. `say` is called with a line that says why, and what
+    differs from an agent's training. `UnknownPolicyError` for a name that is nothing.
     """
-    contestants, failures = [], []
+    sources, failures = _find_sources(names, slow, say)
+    trainings = {
+        label: next(iter(source.about["configs"].values()))
+        for label, source in sources.items()
+        if names and source.about.get("kind") == "run"
+    }
+    conditions = conditions_for(trainings, env_id, say)
+    contestants = []
+    for label, source in sources.items():
+        try:
+            contestants.append(contestant_of(source, conditions, label))
+        except Exception as error:  # a stranger's policy may raise anything
+            if names:
+                failures.append(Failure.of(label, "", error))
+            else:
+                say(f"{label} is left out: {error}")
+    return contestants, failures, conditions
+
+
+def _find_sources(
+    names: Sequence[str], slow: bool, say: Callable[[str], object]
+) -> tuple[dict[str, PolicySource], list[Failure]]:
+    """Where the policies of these names, or all, come from, by their names in the tables; and what cannot be read."""
+    sources, failures = {}, []
     for name in names or policy_names():
         try:
             source = find_policy(name)
-            if not (names or slow) and source.slow:
-                say(f"{name} is left out: it is slow; --slow lets it in")
-                continue
-            contestants.append(contestant_of(source, env_id, _label(name, names)))
+        except UnknownPolicyError:
+            raise
         except Exception as error:  # a stranger's file may raise anything
-            if names:
-                failures.append(Failure.of(name, "", error))
-            else:
-                say(f"{name} is left out: {error}")
-    return contestants, failures
+            failures.append(Failure.of(name, "", error))
+            continue
+        if source.slow and not (names or slow):
+            say(f"{name} is left out: it is slow; --slow lets it in")
+        else:
+            sources[_label(name, names)] = source
+    return sources, failures
 
 
-def contestant_of(source: PolicySource, env_id: str, label: str | None = None) -> Contestant:
-    """A policy, or all its training seeds, as it competes in an environment; `label` is its name in the tables.
+def contestant_of(source: PolicySource, conditions: str | Conditions, label: str | None = None) -> Contestant:
+    """A policy, or all its training seeds, as it competes under some conditions; `label` is its name in the tables.
 
-    Made once here, so that one that cannot be made is known early. `ValueError` where the environment's
-    sensors do not show what the policy must see; beyond it, whatever the policy itself raises.
+    `conditions` may be an environment's id, for its standard ones. The policy is made once here, so that one that
+    cannot be made is known early. `ValueError` where the environment's sensors do not show what the policy
+    must see; beyond it, whatever the policy itself raises.
     """
     label = label or source.name
-    shown = Sensors.named(ENVIRONMENTS[env_id]["sensors"])
+    held = Conditions.named(conditions)
+    shown = held.sensors
     made = [source.make(seed, sensors=shown.name, slew_limit=SLEW_LIMIT) for seed in source.makers]
     sees = channels_of(made[0])
     if missing := [channel for channel in sees or () if channel not in shown.names]:
-        raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {env_id} do not show")
-    env: dict[str, Any] = dict(ENVIRONMENTS[env_id])
+        raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show")
+    env = held.arguments
     if sees is not None and sees != shown.names:
-        env |= {"sensors": sees, "noise": shown.noise, "delay": shown.delay}
+        env["sensors"] = sees
     members = {seed: partial(_for_suite, source, seed, shown.name) for seed in source.makers}
     about = dict(source.about)
     if about.get("kind") != "run":

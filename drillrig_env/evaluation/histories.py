@@ -10,7 +10,6 @@ from __future__ import annotations
 import io
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,9 +19,7 @@ from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.results import Scores
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.evaluation.tables import best_first
-from drillrig_env.files import write_bytes
 
-FILE = "histories.npz"
 REGIONS = ("below", "bistable")
 TRACES = ("lowest", "highest", "average", "top_speed", "speed_reference", "torque_into_string")
 """What is kept of each control step: bit speed and speeds (rad/s), string torque (N m)."""
@@ -47,25 +44,22 @@ class Histories:
         """Histories of the typical rig of a region, by policy."""
         return {policy: kept for (where, policy, at), kept in self.kept.items() if (where, at) == (suite, region)}
 
-    def save(self, folder: Path) -> None:
-        """Write all histories into a folder as one file."""
+    def packed(self) -> bytes:
+        """All histories as the content of one file; the same histories give the same file."""
         buffer = io.BytesIO()
         arrays = {"|".join(key): np.stack([kept[name] for name in TRACES]) for key, kept in self.kept.items()}
         np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]  # the stub takes a name for a flag
-        folder.mkdir(parents=True, exist_ok=True)
-        write_bytes(folder / FILE, buffer.getvalue())
+        return buffer.getvalue()
 
-
-def read(folder: str | Path) -> Histories:
-    """The histories of a folder of results; empty where none were kept."""
-    path = Path(folder) / FILE
-    histories = Histories()
-    if path.exists():
-        with np.load(path, allow_pickle=False) as arrays:
+    @classmethod
+    def unpacked(cls, content: bytes) -> Histories:
+        """The histories that `packed` gave."""
+        histories = cls()
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
             for key in arrays.files:
                 suite, policy, region = key.split("|")
                 histories.kept[suite, policy, region] = dict(zip(TRACES, arrays[key], strict=True))
-    return histories
+        return histories
 
 
 def typical_rigs(scores: Scores | Mapping[str, npt.NDArray[Any]]) -> dict[str, int]:

@@ -9,18 +9,19 @@ in docs/images/results. What a person has found goes into docs/results/findings.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from drillrig_env.command_line import Parser, command
 from drillrig_env.env.registration import ENVIRONMENTS
-from drillrig_env.evaluation import histories as histories_of
 from drillrig_env.evaluation.findings import where_each_fails, who_wins
 from drillrig_env.evaluation.histories import Histories, worth_showing
 from drillrig_env.evaluation.provenance import in_words
 from drillrig_env.evaluation.report import markdown_table
-from drillrig_env.evaluation.results import MARKS, Results, read
+from drillrig_env.evaluation.results import MARKS, Results
+from drillrig_env.evaluation.store import clear, read, read_histories, save
 from drillrig_env.evaluation.tables import DIFFERENCES, TABLES, Row, Table, differences, stored_row
+from drillrig_env.files import check_writable, write_text
 from drillrig_env.markdown import sentence
 
 COMMAND = "python -m drillrig_env.evaluation.page"
@@ -49,14 +50,14 @@ This page and its pictures come from the stored results of all episodes with `{C
 """
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Take results in, if folders are named, then draw the pictures and write the page."""
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("folders", nargs="*", type=Path, metavar="DIR", help="results of eval.py to take in")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
     chosen = parser.parse_args(arguments)
+    check_writable(chosen.docs)
     try:
         for folder in chosen.folders:
             take_in(folder, chosen.docs)
@@ -64,23 +65,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except ValueError as error:
         parser.error(str(error))
     draw_pictures(chosen.docs)
-    (chosen.docs / "results.md").write_text(text, encoding="utf-8")
+    write_text(chosen.docs / "results.md", text)
     print((chosen.docs / "results.md").resolve())
 
 
 def take_in(folder: Path, docs: Path) -> None:
     """Copy a folder of results, packed, to where the page finds it. `ValueError` for results that are not finished."""
-    results, kept = read(folder), histories_of.read(folder)
+    results, kept = read(folder), read_histories(folder)
     if not results.estimates:
         raise ValueError(f"the results in {folder} are not finished; go on with: eval.py ... --resume")
     store = docs / "results" / str(results.config["env"])
-    results.save(store, compressed=True)
     shown = Histories()
     for (suite, policy, region), history in kept.kept.items():
         there = kept.of(suite, region)
         if f"histories_{suite}_{region}" in PICTURES and policy in worth_showing(results.scores[suite], there):
             shown.kept[suite, policy, region] = history
-    shown.save(store)
+    clear(store)
+    save(store, results, shown, packed=True)
 
 
 def page(docs: Path) -> str:
@@ -103,7 +104,7 @@ def draw_pictures(docs: Path) -> list[Path]:
 
     paths = []
     for env, results in stored_results(docs).items():
-        histories = histories_of.read(docs / "results" / env)
+        histories = read_histories(docs / "results" / env)
         paths += draw_all(results, histories, docs / "images" / "results", PICTURES, f"{env}_")
     return paths
 
@@ -183,4 +184,4 @@ def _made(stored: Mapping[str, Results]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -1,36 +1,28 @@
-"""Results on disk: `results.csv` with a row an episode, and `results.json` with all that made them.
+"""Results: the scores of all episodes by suite and policy, with all that made them, and their text as rows of CSV.
 
 Numbers are written with six significant digits, and every table is made from the numbers as they were
-written, so that a table made from the files is the table of the run. Files are replaced whole: a
-run that is cut short leaves the last finished policy and suite behind, and never half a file.
+written, so that a table made from the files is the table of the run. Where and how results are kept on
+disk is `drillrig_env.evaluation.store`'s.
 """
 
 from __future__ import annotations
 
 import csv
 import io
-import json
-import lzma
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.evaluation.suites import SUITES
-from drillrig_env.files import write_bytes
-
-CSV, JSON = "results.csv", "results.json"
-COMPRESSED = ".xz"
 
 Scores = dict[str, npt.NDArray[Any]]
 """Columns of one policy in one suite by name, an entry an episode: first `seed` and `episode`, then scores."""
 
 _TEXTS = {"seed", "start", "region"}
 _FLAGS = {"calm", "mitigated"}
-
 
 TOLD, SOFT = "*", "°"
 MARKS = f"{TOLD} told what the sensors do not show; {SOFT} sets the drive's gains as well"
@@ -107,17 +99,18 @@ class Results:
         """The text of `results.csv`."""
         return self._header + "".join(self._blocks.values())
 
-    def save(self, folder: Path, compressed: bool = False) -> None:
-        """Write both files into a folder, which is made; `compressed` packs the rows."""
-        folder.mkdir(parents=True, exist_ok=True)
-        content = {"config": self.config, "provenance": self.provenance, "estimates": self.estimates}
-        text = json.dumps(_without_nan(content), indent=2, ensure_ascii=False) + "\n"
-        rows = self.rows.encode("utf-8")
-        if compressed:
-            write_bytes(folder / (CSV + COMPRESSED), lzma.compress(rows, preset=9 | lzma.PRESET_EXTREME))
-        else:
-            write_bytes(folder / CSV, rows)
-        write_bytes(folder / JSON, text.encode("utf-8"))
+    @classmethod
+    def of_rows(
+        cls, rows: str, config: dict[str, Any], provenance: dict[str, Any], estimates: dict[str, Any]
+    ) -> Results:
+        """The results whose `rows` these are."""
+        results = cls(config, provenance, estimates=estimates)
+        header, *lines = rows.splitlines(keepends=True) or [""]
+        blocks: dict[tuple[str, str], list[str]] = {}
+        for line, (suite, policy, *_) in zip(lines, csv.reader(lines), strict=True):
+            blocks.setdefault((suite, policy), []).append(line)
+        results._take(header, blocks)
+        return results
 
     def _take(self, header: str, lines: Mapping[tuple[str, str], list[str]]) -> None:
         self._header = header
@@ -130,28 +123,6 @@ class Results:
                 if name not in ("suite", "policy")
             }
             self._blocks[suite, policy] = "".join(block)
-
-
-def read(folder: str | Path) -> Results:
-    """The results that a folder holds. `ValueError` where it holds none, or files that are not such results."""
-    folder = Path(folder)
-    try:
-        content = json.loads((folder / JSON).read_text(encoding="utf-8"))
-        packed = folder / (CSV + COMPRESSED)
-        plain = folder / CSV
-        rows = plain.read_bytes() if plain.exists() else lzma.decompress(packed.read_bytes())
-        results = Results(content["config"], content["provenance"], estimates=content["estimates"])
-    except FileNotFoundError as error:
-        raise ValueError(f"{folder} holds no results: {Path(error.filename).name} is missing") from error
-    except (json.JSONDecodeError, KeyError, lzma.LZMAError) as error:
-        raise ValueError(f"{folder} holds no results that can be read: {error}") from error
-    lines = rows.decode("utf-8").splitlines(keepends=True)
-    if lines:
-        blocks: dict[tuple[str, str], list[str]] = {}
-        for line, (suite, policy, *_) in zip(lines[1:], csv.reader(lines[1:]), strict=True):
-            blocks.setdefault((suite, policy), []).append(line)
-        results._take(lines[0], blocks)
-    return results
 
 
 def _write(suite: str, policy: str, scores: Mapping[str, npt.NDArray[Any]]) -> str:
@@ -176,14 +147,3 @@ def _column(name: str, values: tuple[str, ...]) -> npt.NDArray[Any]:
     if name in _FLAGS:
         return np.array([value == "1" for value in values])
     return np.array(values, dtype=np.intp if name == "episode" else np.float64)
-
-
-def _without_nan(value: Any) -> Any:
-    """NaN and infinity as null: JSON has neither."""
-    if isinstance(value, Mapping):
-        return {key: _without_nan(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_without_nan(inner) for inner in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

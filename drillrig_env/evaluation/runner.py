@@ -47,12 +47,22 @@ class Episodes:
     reward: FloatArray
 
 
-def play(policy: Policy, core: EpisodeBatch) -> Iterator[int]:
+def play(policy: Policy, core: EpisodeBatch, first_seed: int | None = None) -> Iterator[int]:
     """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
 
-    A policy that names in `privileged` what it must be told gets `info` before each step. `ValueError` for
-    actions of another shape or NaN.
+    A policy that names in `privileged` what it must be told gets `info` before each step. Raises `ValueError` for
+    actions of another shape and, naming policy, rig and step, for actions, states and rewards that are not
+    finite; the rig's seed is named as well where rig i has the seed `first_seed` + i.
     """
+
+    def check(what: str, finite: npt.NDArray[np.bool_]) -> None:
+        if not finite.all():
+            rig = int(np.argmin(finite))
+            seed = "" if first_seed is None else f" (seed {first_seed + rig})"
+            raise ValueError(
+                f"{type(policy).__name__}: {what} of rig {rig}{seed} is not finite in control step {step + 1}"
+            )
+
     told = privileged_of(policy)
     state, begins = None, np.ones(len(core), dtype=np.bool_)
     for step in range(core.steps):
@@ -60,7 +70,11 @@ def play(policy: Policy, core: EpisodeBatch) -> Iterator[int]:
             policy.tell(core.info())  # type: ignore[attr-defined]
         actions, state = policy.predict(core.observations, state, begins, deterministic=True)
         begins = np.zeros(len(core), dtype=np.bool_)
+        if np.shape(actions) == (len(core), 1) and np.asarray(actions).dtype.kind == "f":
+            check("the action", np.isfinite(actions[:, 0]))
         core.step(check_actions(actions, len(core)))
+        check("the state", np.isfinite(core.episodes["state"]).all(axis=1))
+        check("the reward", np.isfinite(core.episodes["reward"]))
         yield step
 
 
@@ -88,7 +102,7 @@ def run(
         first += count
     start = np.array(core.starts(np.arange(suite.rigs)))
     traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}
-    for step in play(policy, core):
+    for step in play(policy, core, suite.first_seed):
         for name in _TRACES:
             traces[name][:, step] = core.episodes[name]
         traces["top_speed"][:, step] = core.episodes["state"][:, STATE_NAMES.index("top_speed")]

@@ -2,13 +2,14 @@
 
 from drillrig_env.policy.checks import check_policy
 from drillrig_env.policy.contract import Memory, Policy, channels_of, drive_of, privileged_of
-from drillrig_env.policy.finding import GROUP, PolicySource, find_policy, make_policy, policy_names
+from drillrig_env.policy.finding import GROUP, PolicySource, UnknownPolicyError, find_policy, make_policy, policy_names
 
 __all__ = [
     "GROUP",
     "Memory",
     "Policy",
     "PolicySource",
+    "UnknownPolicyError",
     "channels_of",
     "check_policy",
     "drive_of",

@@ -32,6 +32,10 @@ _AGENTS = _CLONE / "agents" / "policy" / "finding.py"
 """How the clone finds trained agents: a module with `agent_names()` and `find_agent(name)`."""
 
 
+class UnknownPolicyError(ValueError):
+    """There is no policy of a name: no installed one, no training run's folder, no such file or class in it."""
+
+
 @dataclass(frozen=True)
 class PolicySource:
     """A policy that was found, or several training seeds of one, and how to make them.
@@ -71,8 +75,8 @@ def policy_names() -> list[str]:
 def find_policy(policy: Any) -> PolicySource:
     """Where a policy comes from: a name, FILE.py:CLASS, a training run's folder, a class, or a policy itself.
 
-    `ValueError` for a name that is nothing of all that, with the closest one; beyond it whatever a
-    file raises when it is imported.
+    `UnknownPolicyError`, a `ValueError`, for a name that is nothing of all that, with the closest one; beyond it
+    whatever a file raises when it is imported.
     """
     if not isinstance(policy, str | Path):
         makes = inspect.isclass(policy) or (callable(policy) and not isinstance(policy, Policy))
@@ -84,13 +88,15 @@ def find_policy(policy: Any) -> PolicySource:
         return _from_entry_point(name, _installed()[name])
     file, colon, class_name = name.rpartition(":")
     if colon and file.endswith(".py"):
+        if not Path(file).is_file():
+            raise UnknownPolicyError(f"policy {name!r} is not known: there is no file {file}")
         digest = hashlib.sha256(Path(file).read_bytes()).hexdigest()
         return PolicySource(name, {"": load_class(Path(file), class_name)}, {"kind": "file", "sha256": digest})
     if _AGENTS.is_file():
         found: PolicySource | None = _agents().find_agent(name)
         if found is not None:
             return found
-    raise ValueError(
+    raise UnknownPolicyError(
         f"policy {name!r} is not known: no installed one, no training run's folder, no FILE.py:CLASS; "
         f"{closest(name, policy_names())}"
     )
@@ -105,7 +111,7 @@ def make_policy(policy: Any, **context: Any) -> Policy:
 
 
 def load_class(file: Path, name: str) -> type:
-    """A class from a Python file, which may import from its own folder. `ValueError` where it has none of that name."""
+    """A class from a Python file, which may import from its own folder. `UnknownPolicyError` for none of that name."""
     place = file.resolve()
     module_name = f"{file.stem}_{hashlib.sha256(str(place).encode()).hexdigest()[:8]}"  # hides no other module
     spec = importlib.util.spec_from_file_location(module_name, place)
@@ -121,7 +127,7 @@ def load_class(file: Path, name: str) -> type:
     classes = [key for key, value in vars(module).items() if getattr(value, "__module__", None) == module_name]
     classes = [key for key in classes if inspect.isclass(getattr(module, key))]
     if name not in classes:
-        raise ValueError(f"{file} has no class {name!r}; {closest(name, classes)}")
+        raise UnknownPolicyError(f"{file} has no class {name!r}; {closest(name, classes)}")
     found: type = getattr(module, name)
     return found
 

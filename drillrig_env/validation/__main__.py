@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drillrig_env.command_line import Parser, command
+from drillrig_env.files import check_writable, write_text
 from drillrig_env.validation.page import page
 
 
@@ -26,7 +27,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if output is None:
         print(page(), end="")
         return 0
-    output.write_text(page(), encoding="utf-8")
+    check_writable(output.parent)
+    write_text(output, page())
     print(output.resolve())
     return 0
 

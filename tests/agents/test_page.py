@@ -13,6 +13,7 @@ from agents.policy.run_folder import TRAINED, read_seeds
 from agents.rivals import ahead
 from baselines import Constant
 from drillrig_env.env.sensors import Sensors
+from drillrig_env.evaluation.store import save
 from tests.evaluation.conftest import comparison  # noqa: F401  # a fixture
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -65,8 +66,8 @@ def test_pictures_of_the_page_are_drawn(docs, trained):
 
 
 def test_rivals_that_are_ahead_are_named(comparison, tmp_path):  # noqa: F811
-    results, _ = comparison
-    results.save(tmp_path / "results" / "DrillRig-v0")
+    results, histories = comparison
+    save(tmp_path / "results" / "DrillRig-v0", results, histories)
     found = dict(re.findall(r"\| `default` \| (\S+) \| (.*) \|", ahead(tmp_path, {"constant": "DrillRig-v0"})))
     tables = {policy: one["main"] for policy, one in results.estimates["default"].items()}
     share, rival, theirs, clear = found["mitigated"].split(" | ")

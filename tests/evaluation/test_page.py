@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.page import COMMAND, PICTURES, draw_pictures, main, page, stored_results, take_in
-from drillrig_env.evaluation.results import read
+from drillrig_env.evaluation.store import read, save
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.evaluation.tables import all_estimates
 from tests.evaluation.conftest import compare
@@ -19,8 +20,7 @@ def docs(comparison, tmp_path_factory):
     folder = tmp_path_factory.mktemp("docs")
     surface = compare([suite("default", 24)], "DrillRigSurface-v0")
     for name, (results, histories) in (("state", comparison), ("surface", surface)):
-        results.save(folder / name)
-        histories.save(folder / name)
+        save(folder / name, results, histories)
         take_in(folder / name, folder)
     return folder
 
@@ -61,7 +61,7 @@ def test_the_pictures_of_the_page_are_drawn(docs, monkeypatch):
 def test_results_that_are_not_finished_and_missing_ones_are_refused(comparison, docs, tmp_path, capsys):
     unfinished = read(docs / "state")
     unfinished.estimates = {}
-    unfinished.save(tmp_path)
+    save(tmp_path, unfinished, Histories())
     with pytest.raises(ValueError, match="not finished"):
         take_in(tmp_path, tmp_path)
     with pytest.raises(SystemExit):

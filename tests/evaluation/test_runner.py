@@ -116,3 +116,43 @@ def test_one_rig_of_a_suite_meets_the_same_episode_alone():
     chosen = suite("chapter")
     together, alone = run(Wave(), chosen, duration=20.0), run(Wave(), chosen.only(5), duration=20.0)
     np.testing.assert_array_equal(alone.average[0], together.average[5])
+
+
+class Late:
+    """Gives an impossible action to the third rig in the third step."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        step = 0 if state is None else state[0]
+        actions = np.zeros((len(observation), 1), np.float32)
+        actions[2, 0] = self.value if step == 2 else 0.0
+        return actions, (step + 1,)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_an_action_that_is_not_finite_names_policy_rig_seed_and_step(value):
+    with pytest.raises(ValueError, match=r"Late: the action of rig 2 \(seed 13\) is not finite in control step 3"):
+        run(Late(value), SMALL, duration=1.0)
+
+
+@pytest.mark.parametrize("field", ["state", "reward"])
+def test_an_environment_that_is_no_longer_finite_names_policy_rig_and_step(field):
+    core = EpisodeBatch(3)
+    core.reset(np.arange(3), first_uniforms(0, 3))
+    step_of_core = core.step
+
+    def step(actions):
+        step_of_core(actions)
+        core.episodes[field][1] = np.nan
+
+    core.step = step
+    with pytest.raises(ValueError, match=rf"Wave: the {field} of rig 1 is not finite in control step 1"):
+        next(play(Wave(), core))
+
+
+@pytest.mark.parametrize("threads", [0, -1, 1.5, True, "2"])
+def test_an_odd_number_of_threads_is_refused(threads):
+    with pytest.raises(ValueError, match="threads = "):
+        run(Wave(), SMALL, threads=threads)

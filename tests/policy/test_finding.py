@@ -7,7 +7,7 @@ import pytest
 
 import baselines
 from drillrig_env import Rig
-from drillrig_env.policy import PolicySource, find_policy, finding, make_policy, policy_names
+from drillrig_env.policy import PolicySource, UnknownPolicyError, find_policy, finding, make_policy, policy_names
 
 FILE = """
 import numpy as np
@@ -80,7 +80,7 @@ def test_what_is_nothing_is_refused_with_the_closest(name, hint):
 def test_a_class_that_a_file_lacks_is_named(file):
     with pytest.raises(ValueError, match="no class 'Lew'; did you mean Law"):
         find_policy(f"{file}:Lew")
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(UnknownPolicyError, match="there is no file"):
         find_policy(f"{file.parent / 'absent.py'}:Law")
 
 

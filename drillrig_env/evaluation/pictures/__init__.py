@@ -20,6 +20,7 @@ from drillrig_env.evaluation.pictures.over_time import plot_histories
 from drillrig_env.evaluation.pictures.score_dots import plot_scores
 from drillrig_env.evaluation.pictures.who_mitigates import plot_map
 from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.store import picture_name
 from drillrig_env.plots.style import Picture, add_caption, look, save
 
 __all__ = ["draw", "draw_all", "plot_calming", "plot_histories", "plot_map", "plot_scores"]
@@ -38,10 +39,11 @@ def draw_all(
     """Draw all pictures of all suites, or `only` those of some names, as PREFIX + NAME.png in a folder; their paths."""
     plots: dict[str, Callable[[], Picture]] = {}
     for suite in results.scores:
-        plots |= {f"{name}_{suite}": partial(plot, results, suite) for name, plot in PICTURES.items()}
+        plots |= {picture_name(name, suite): partial(plot, results, suite) for name, plot in PICTURES.items()}
         for region in REGIONS:
             if histories.of(suite, region):
-                plots[f"histories_{suite}_{region}"] = partial(plot_histories, results, histories, suite, region)
+                name = picture_name(f"histories_{region}", suite)
+                plots[name] = partial(plot_histories, results, histories, suite, region)
     paths = []
     for name, plot in plots.items():
         if only is None or name in only:

@@ -1,0 +1,39 @@
+"""Histories: which rigs are kept, and that they come back as they were."""
+
+import numpy as np
+
+from drillrig_env.evaluation.histories import Histories, times, typical_rigs
+
+
+def test_histories_come_back(comparison):
+    _, histories = comparison
+    again = Histories.unpacked(histories.packed())
+    assert again.kept.keys() == histories.kept.keys()
+    for key, history in histories.kept.items():
+        for name, values in history.items():
+            np.testing.assert_array_equal(again.kept[key][name], values)
+    assert again.packed() == histories.packed()
+    assert Histories.unpacked(Histories().packed()).kept == {}
+
+
+def test_typical_rigs_are_chosen_by_the_physics(comparison):
+    results, histories = comparison
+    scores = results.scores["default"]
+    rigs = [typical_rigs(scores[policy]) for policy in ("constant", "privileged")]
+    assert rigs[0] == rigs[1]
+    for region, rig in rigs[0].items():
+        assert scores["constant"]["region"][rig] == region
+        assert set(histories.of("default", region)) == {"constant", "privileged", "seeds"}
+
+
+def test_a_typical_rig_is_the_one_of_median_hardness():
+    regions = np.array(["below", "below", "above", "below", "bistable"])
+    assert typical_rigs({"region": regions, "hardness": np.array([3.0, 1.0, 9.0, 2.0, 1.5])}) == {
+        "below": 3,
+        "bistable": 4,
+    }
+    assert typical_rigs({"region": np.array(["above"]), "hardness": np.array([0.5])}) == {}
+
+
+def test_times_are_the_ends_of_control_steps():
+    np.testing.assert_allclose(times({"average": np.zeros(3, np.float32)}), [0.1, 0.2, 0.3])
