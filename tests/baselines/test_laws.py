@@ -26,10 +26,9 @@ def test_who_leaves_the_reference_alone_wants_the_target(policy):
 def test_soft_drive_puts_the_torque_into_the_shaft_that_its_gains_say(proportional, integral):
     """K_p = eta K_T k_p / R + eta^2 C_m and K_i = eta K_T k_i / R, with the back-EMF made up for."""
     drive = SoftTorque(proportional=proportional, integral=integral).drive
-    k_p, k_i, *share = drive.k_p, drive.k_i, drive.back_emf_share
-    assert RIG.eta * RIG.K_T * k_p / RIG.R + RIG.eta**2 * RIG.C_m == pytest.approx(proportional)
-    assert RIG.eta * RIG.K_T * k_i / RIG.R == pytest.approx(integral)
-    assert share == [1.0]
+    assert RIG.eta * RIG.K_T * drive.k_p / RIG.R + RIG.eta**2 * RIG.C_m == pytest.approx(proportional)
+    assert RIG.eta * RIG.K_T * drive.k_i / RIG.R == pytest.approx(integral)
+    assert drive.back_emf_share == 1.0
 
 
 def test_soft_drive_cannot_be_softer_than_the_motor_itself():

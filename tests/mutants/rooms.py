@@ -19,6 +19,7 @@ ROOMS = {
         (
             "drillrig_env/model.py",
             "drillrig_env/verdict.py",
+            "drillrig_env/drive.py",
             "drillrig_env/policy",
             "drillrig_env/simulation.py",
             "drillrig_env/friction",
@@ -28,6 +29,7 @@ ROOMS = {
             "tests/test_verdict.py",
             "tests/test_friction.py",
             "tests/test_contact.py",
+            "tests/test_drive.py",
             "tests/test_simulation.py",
             "tests/policy",
         ),
