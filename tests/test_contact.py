@@ -3,7 +3,7 @@
 import numpy as np
 
 from drillrig_env import Friction, Rig
-from drillrig_env.friction import CONTACT, Contact, press, torque_in_zone, zone_of
+from drillrig_env.friction import CONTACT, Contact, contacts_of, press, torque_in_zone, zone_of
 
 RIG = Rig(r_1=0.05, omega_s=2e-3)
 
@@ -37,3 +37,7 @@ def test_law_is_the_same_for_plain_numbers_and_for_arrays():
     pairs = [torque_in_zone.py_func(zone_of.py_func(x_3, RIG.omega_s), x_3, contact) for x_3 in speeds]
     np.testing.assert_allclose(friction.torque(RIG, speeds), [torque for torque, _ in pairs], rtol=1e-14)
     np.testing.assert_allclose(friction.slope(RIG, speeds), [slope for _, slope in pairs], rtol=1e-14)
+
+
+def test_contact_without_a_speed_reference_is_that_of_a_drive_at_rest():
+    assert contacts_of(RIG, 20.0, 0.6, 0.3, 1.2) == Friction(20.0, 0.6, 0.3, 1.2).contacts(RIG, 0.0)[0]

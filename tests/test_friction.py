@@ -50,3 +50,9 @@ def test_impossible_friction_is_refused(fields, words):
         Friction(**fields)
     for word in words:
         assert word in str(caught.value)
+
+
+def test_file_holds_a_friction_of_single_numbers(tmp_path):
+    friction = Friction(12.5, 0.55, 0.31, 1.1)
+    friction.to_toml(tmp_path / "friction.toml")
+    assert vars(Friction.from_toml(tmp_path / "friction.toml")) == vars(friction)

@@ -82,3 +82,12 @@ def test_rows_are_forces_and_columns_speeds():
         assert found.region.tolist() == [[CALM, CALM, CALM], [VIBRATING, BISTABLE, CALM]]
         np.testing.assert_array_equal(found.speed_reference, speeds)
         np.testing.assert_array_equal(found.normal_force, forces)
+
+
+@pytest.mark.parametrize(("beyond", "shakes"), [(0.01, False), (-0.01, True)])
+def test_vibrates_tells_growth_from_decay_close_to_the_critical_speed(beyond, shakes):
+    """The nudge is still there after 100 s, a few per cent smaller or larger."""
+    speed = critical_speed(RIG, Friction(20.0)) + beyond
+    state = steady_state(RIG, Friction(20.0), speed)
+    state[2] += 0.01
+    assert vibrates(RIG, Friction(20.0), np.array([speed]), state[None], 100.0).tolist() == [shakes]
