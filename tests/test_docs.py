@@ -12,8 +12,9 @@ import drillrig_env
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+CLIENTS = re.compile(r"^(?:import|from) (minari|skrl|torchrl)\b", re.MULTILINE)
 BLOCKS = [
-    pytest.param(block, id=f"{page.name}-{i}")
+    pytest.param(block, id=f"{page.name}-{i}", marks=[pytest.mark.clients] if CLIENTS.search(block) else [])
     for page in PAGES
     for i, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
 ]
@@ -21,7 +22,10 @@ MODULES = sorted(module.name for module in pkgutil.walk_packages(drillrig_env.__
 
 
 @pytest.mark.parametrize("block", BLOCKS)
-def test_example_runs(block):
+def test_example_runs(block, tmp_path, monkeypatch):
+    for library in CLIENTS.findall(block):
+        pytest.importorskip(library, reason="needs the extra clients")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     quick = block.replace("2_000_000", "20_000")  # the training example, shortened
     exec(compile(quick, "example", "exec"), {})
 

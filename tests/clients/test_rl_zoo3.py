@@ -1,7 +1,10 @@
 """RL Baselines3 Zoo trains on the environment from its command line, and plays what it has trained."""
 
+import re
+import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +21,9 @@ SETTINGS = """\
   n_epochs: 1
   normalize: true
 """
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "environment.md"
 
 
 def run(*words, folder):
@@ -37,3 +43,12 @@ def test_train_and_enjoy(tmp_path, vec_env):
     assert (tmp_path / f"logs/ppo/{name}_1/{name}.zip").is_file()
     played = run("rl_zoo3.enjoy", *common, "-n", "20", "--no-render", folder=tmp_path)
     assert "Loading" in played
+
+
+def test_example_of_the_page_runs(tmp_path):
+    page = PAGE.read_text(encoding="utf-8")
+    (settings,) = re.findall(r"```yaml\n(DrillRig-v0:.*?)```", page, re.DOTALL)
+    (tmp_path / "ppo.yml").write_text(settings, encoding="utf-8")
+    (command,) = re.findall(r"^python -m (rl_zoo3.*)$", page, re.MULTILINE)
+    run(*shlex.split(command), "-n", "128", folder=tmp_path)
+    assert (tmp_path / "logs/ppo/DrillRig-v0_1/DrillRig-v0.zip").is_file()
