@@ -42,7 +42,9 @@ class Drive:
         if drive is None or isinstance(drive, cls):
             return drive
         names = [item.name for item in fields(cls)]
-        if isinstance(drive, Sequence | np.ndarray) and not isinstance(drive, str) and len(drive) in (2, 3):
+        if isinstance(drive, np.ndarray):
+            drive = drive.tolist()
+        if isinstance(drive, Sequence) and not isinstance(drive, str) and len(drive) in (2, 3):
             return cls(*drive)
         if not isinstance(drive, Mapping):
             raise refuse("Drive", "drive", repr(drive), "", f"a Drive, a dictionary of its fields, or {_SEQUENCE}")

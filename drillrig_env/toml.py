@@ -63,6 +63,8 @@ def read_section(path: str | Path, section: str, record: type[T]) -> T:
         tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise FileNotFoundError(f"{section}: there is no file {path}") from error
+    except OSError as error:
+        raise ValueError(f"{section}: {str(path)!r} is no file that can be read: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{path}: not a TOML file: {error}") from error
     if section not in tables:
@@ -90,6 +92,8 @@ def _with_changes(record: type[T], where: str, changes: Mapping[Any, Any]) -> T:
         if key not in known:
             raise ValueError(f"{where}: unknown key {key} = {value!r}; {closest(key, known)}")
         meta = known[key].metadata
+        if value is None and meta["none"]:
+            continue
         checked(where, key, value, meta["unit"], meta["allowed"])
     try:
         return record(**changes)

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 
 from drillrig_env.env.attributes import PlaysTask, set_for_all
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import EpisodeGenerators, check_seed
-from drillrig_env.env.scenario import pins_of
+from drillrig_env.env.scenario import options_of, pins_of
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
 from drillrig_env.env.vector import check_actions, pictures_of
 from drillrig_env.extras import missing
+from drillrig_env.parameters import refuse
 
 try:
     from stable_baselines3.common.monitor import Monitor
@@ -75,6 +77,18 @@ class DrillRigVecEnv(PlaysTask, VecEnv):
         self.__dict__.update(state)
         self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
 
+    def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
+        """Pin what episodes would draw, from now on: one dictionary for all rigs, or a list of one for each.
+
+        Raises `ValueError` for anything else; what a dictionary holds is checked when an episode begins.
+        """
+        each = options if isinstance(options, list) else [options] * self.num_envs
+        if len(each) != self.num_envs:
+            raise refuse("set_options", "number of dictionaries", len(each), "", f"one for all, or {self.num_envs}")
+        for one in each:
+            options_of(one)
+        super().set_options(options)
+
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed rig i with `seed` + i, from the next reset on; None takes fresh entropy."""
         first = check_seed(seed)
@@ -93,6 +107,8 @@ class DrillRigVecEnv(PlaysTask, VecEnv):
     def step_wait(self) -> VecEnvStepReturn:
         """Step all rigs; rigs whose episode ends begin the next one."""
         core = self.core
+        if core.ended.any():
+            raise ResetNeeded("no episode has begun; call reset() first")
         core.step(self._rates)
         if self._pictures is not None:
             self._pictures.follow()

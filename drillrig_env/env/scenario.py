@@ -170,7 +170,7 @@ def check_pins(options: Mapping[str, Any] | None, rigs: int, duration: float) ->
     unit and what is allowed.
     """
     pins: dict[str, Any] = {}
-    for key, value in (options or {}).items():
+    for key, value in options_of(options).items():
         if key not in PINS:
             raise ValueError(f"reset options: unknown key {key!r}; {closest(key, PINS)}")
         if key == "start":
@@ -182,6 +182,13 @@ def check_pins(options: Mapping[str, Any] | None, rigs: int, duration: float) ->
     if "mu_s" in pins and "mu_k" in pins and np.any(pins["mu_s"] < pins["mu_k"]):
         raise refuse("reset options", "mu_s", pins["mu_s"], "", f">= mu_k = {pins['mu_k']}")
     return pins
+
+
+def options_of(options: Any) -> dict[str, Any]:
+    """The options of a reset as a dictionary of their own; None is an empty one. `ValueError` for anything else."""
+    if options is not None and not isinstance(options, Mapping):
+        raise refuse("reset", "options", repr(options), "", f"a dictionary, with the keys {', '.join(PINS)}")
+    return dict(options or {})
 
 
 def pins_of(options: Mapping[str, Any], indices: npt.NDArray[np.intp], rigs: int) -> dict[str, Any]:
@@ -210,10 +217,14 @@ def _check_start(value: Any, rigs: int) -> np.ndarray:
 
 
 def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
+    allowed = "a list of (time in s, N_1 in N)"
     try:
-        steps = [(float(time), float(force)) for time, force in value]
+        table = np.asarray(list(value) or np.empty((0, 2)))
     except (TypeError, ValueError) as error:
-        raise refuse("reset options", "load_steps", repr(value), "", "a list of (time in s, N_1 in N)") from error
+        raise refuse("reset options", "load_steps", repr(value), "", allowed) from error
+    if table.dtype.kind not in "iuf" or table.ndim != 2 or table.shape[1] != 2:
+        raise refuse("reset options", "load_steps", repr(value), "", allowed)
+    steps = [(float(time), float(force)) for time, force in table]
     times = [time for time, _ in steps]
     if len(steps) > MOST_LOAD_STEPS:
         raise refuse("reset options", "number of load_steps", len(steps), "", f"<= {MOST_LOAD_STEPS}")

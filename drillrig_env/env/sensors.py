@@ -16,7 +16,7 @@ with the noise of the channel.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -25,7 +25,7 @@ import numpy as np
 from drillrig_env import markdown
 from drillrig_env.arrays import Quantity
 from drillrig_env.model import STATE_NAMES
-from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, checked, closest, refuse
 
 LIMIT = 10.0
 """Observations are clipped here; on the default draws they stay within about +-3."""
@@ -117,11 +117,13 @@ class Sensors:
                     f"sensors = {sensors!r} is not known; {closest(sensors, SENSORS)}, or names of channels"
                 )
             return SENSORS[sensors]
-        if not isinstance(sensors, Iterable):
-            raise refuse("DrillRig", "sensors", repr(sensors), "", f"{', '.join(SENSORS)}, or names of channels")
-        names = tuple(sensors)
+        try:
+            names = tuple(sensors)
+        except TypeError as error:
+            allowed = f"{', '.join(SENSORS)}, or names of channels"
+            raise refuse("DrillRig", "sensors", repr(sensors), "", allowed) from error
         for name in names:
-            if name not in _BY_NAME:
+            if not isinstance(name, str) or name not in _BY_NAME:
                 raise ValueError(f"sensors: unknown channel {name!r}; {closest(name, _BY_NAME)}")
         if not names or len(set(names)) < len(names):
             raise refuse("sensors", "channels", names, "", "one or more different names")
@@ -149,26 +151,25 @@ class Sensors:
 
     def _deviations(self, noise: float | Mapping[str, float]) -> list[float]:
         if not isinstance(noise, Mapping):
-            if not NOT_NEGATIVE.holds(noise):
+            if np.ndim(noise) != 0 or not NOT_NEGATIVE.holds(noise):
                 raise refuse("DrillRig", "noise", repr(noise), "", f"{NOT_NEGATIVE}, or standard deviations by channel")
             return [noise * channel.noise for channel in self.channels]
         for name, deviation in noise.items():
             measured = [channel.name for channel in self.channels if channel.measured]
             if name not in measured:
                 raise ValueError(f"noise: {name!r} is not a measured channel here; {closest(name, measured)}")
-            if not NOT_NEGATIVE.holds(deviation):
-                raise refuse("noise", name, deviation, _BY_NAME[name].unit, NOT_NEGATIVE)
+            checked("noise", name, deviation, _BY_NAME[name].unit, NOT_NEGATIVE)
         return [float(noise.get(channel.name, 0.0)) for channel in self.channels]
 
     def value(self, observation: np.ndarray, name: str, speed_target: Quantity | None = None) -> np.ndarray:
         """A channel's physical value from observations of shape (..., channels); shape (...).
 
         Speeds are seen from the speed target; where these sensors do not show it, give `speed_target` (rad/s).
-        `ValueError` where it is needed and not known, and for a channel that is not there.
+        `ValueError` where it is needed and not known, for a channel that is not there, and for another shape.
         """
         if name not in self.names:
             raise ValueError(f"the sensors {self.name!r} have no channel {name!r}; {closest(name, self.names)}")
-        index = self.names.index(name)
+        seen, index = self._read(observation), self.names.index(name)
         channel = self.channels[index]
         offset = self._target(observation, speed_target) if channel.offset == "target" else channel.offset
         if offset is None:
@@ -176,16 +177,25 @@ class Sensors:
                 f"{name} is seen from the speed target, which the sensors {self.name!r} do not show; "
                 "give speed_target in rad/s"
             )
-        return np.asarray(np.asarray(observation, dtype=float)[..., index] * channel.scale + offset)
+        return np.asarray(seen[..., index] * channel.scale + offset)
 
     def values(self, observation: np.ndarray, speed_target: Quantity | None = None) -> dict[str, np.ndarray]:
         """The channels' physical values by name, from observations of shape (..., channels).
 
         Where neither these sensors nor `speed_target` (rad/s) tell the target, what is seen from it is left out.
         """
-        known = self._target(observation, speed_target) is not None
+        known = self._target(self._read(observation), speed_target) is not None
         names = [channel.name for channel in self.channels if known or channel.offset != "target"]
         return {name: self.value(observation, name, speed_target) for name in names}
+
+    def _read(self, observation: np.ndarray) -> np.ndarray:
+        try:
+            seen = np.asarray(observation, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise refuse("Sensors", "observation", repr(observation), "", "an array of numbers") from error
+        if seen.shape[-1:] != (len(self.channels),):
+            raise refuse("Sensors", "shape of the observation", seen.shape, "", f"(..., {len(self.channels)})")
+        return seen
 
     def _target(self, observation: np.ndarray, speed_target: Quantity | None) -> Quantity | None:
         shown = speed_target is None and "speed_target" in self.names

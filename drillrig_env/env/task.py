@@ -119,7 +119,8 @@ class Task:
     def of(cls, task: TaskLike = None, **given: Any) -> Task:
         """A task as environments take it: a `Task`, a dictionary of its fields or None, with some fields `given` anew.
 
-        Raises `ValueError` for an unknown field, with the closest known one, and for a value that is not allowed.
+        Raises `ValueError` for a value that is not allowed and for an unknown field of the dictionary, with the
+        closest known one; `TypeError` for an unknown argument, as Python does and as libraries expect that try one.
         """
         if not isinstance(task, cls | Mapping | None):
             allowed = "a Task, or a dictionary of its fields; a rig goes by the name rig"
@@ -129,8 +130,10 @@ class Task:
             warnings.warn("the argument `drive_gains` is now `drive`", DeprecationWarning, stacklevel=3)
             changes["drive"] = changes.pop("drive_gains")
         for name in changes:
+            if name not in TASK_FIELDS and name in given:
+                raise TypeError(f"DrillRig: unexpected keyword argument {name!r}; {closest(name, TASK_FIELDS)}")
             if name not in TASK_FIELDS:
-                raise ValueError(f"DrillRig: unknown argument {name!r}; {closest(name, TASK_FIELDS)}")
+                raise ValueError(f"DrillRig: unknown field {name!r} of the task; {closest(name, TASK_FIELDS)}")
         return replace(task, **changes) if isinstance(task, cls) else cls(**changes)
 
     @property

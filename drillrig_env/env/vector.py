@@ -17,9 +17,11 @@ from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import EpisodeBatch, Observations
 from drillrig_env.env.generators import EpisodeGenerators
 from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.scenario import options_of
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
+from drillrig_env.parameters import refuse
 
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPictures
@@ -53,7 +55,7 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
         self.core = EpisodeBatch(num_envs, task, threads=threads, **fields)
         self.num_envs = len(self.core)
         self.render_mode = render_mode
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.autoreset_mode = check_autoreset_mode(autoreset_mode)
         self.metadata = {
             "render_modes": ["rgb_array"],
             "render_fps": round(1.0 / CONTROL_PERIOD),
@@ -85,7 +87,7 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
         for the episodes that begin now.
         """
         self._generators.seed_all(seed)
-        pins = dict(options or {})
+        pins = options_of(options)
         mask = np.asarray(pins.pop("reset_mask", self._everywhere))
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f"reset_mask of shape {mask.shape} and {mask.dtype}; allowed: ({self.num_envs},) and bool")
@@ -194,6 +196,15 @@ def pictures_of(core: EpisodeBatch, render_mode: str | None, memory: list[Any] |
     if memory is not None:
         pictures.recall(memory)
     return pictures
+
+
+def check_autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
+    """Gymnasium's mode from itself or its name, such as "SameStep"; `ValueError` for anything else."""
+    try:
+        return AutoresetMode(mode)
+    except ValueError as error:
+        names = ", ".join(known.value for known in AutoresetMode)
+        raise refuse("DrillRig", "autoreset_mode", repr(mode), "", names) from error
 
 
 def check_actions(actions: npt.NDArray[np.float32], rigs: int) -> npt.NDArray[np.float32]:

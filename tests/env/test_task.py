@@ -74,7 +74,7 @@ def test_the_id_says_which_sensors_unless_they_are_given():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"rigg": Rig()}, "unknown argument 'rigg'; did you mean rig"),
+        ({"task": {"rigg": Rig()}}, "unknown field 'rigg' of the task; did you mean rig"),
         ({"rig": [1.0]}, "rig = .* a dictionary of changes to Rig"),
         ({"rig": {"k_o": 1.0}}, "unknown key k_o"),
         ({"rig": "no_such.toml"}, "no file no_such.toml"),
