@@ -13,7 +13,6 @@ from gymnasium.vector import AutoresetMode
 
 import drillrig_env
 
-pytestmark = pytest.mark.clients
 RIGS = 3
 SINGLE = {
     "TimeAwareObservation": lambda env: wrappers.TimeAwareObservation(env, flatten=True),
@@ -208,6 +207,7 @@ def test_attributes_are_read_and_set(kind):
         env.close()
 
 
+@pytest.mark.clients
 def test_video_of_an_episode(tmp_path):
     pytest.importorskip("pygame")
     pytest.importorskip("moviepy")

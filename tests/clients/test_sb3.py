@@ -7,7 +7,6 @@ import pytest
 import drillrig_env
 
 vec_env = pytest.importorskip("stable_baselines3.common.vec_env", reason="needs the extra agents")
-pytestmark = pytest.mark.clients
 RIGS = 3
 WRAPPERS = {
     "VecNormalize": vec_env.VecNormalize,
@@ -58,6 +57,7 @@ class Built:
         return self.env
 
 
+@pytest.mark.clients
 @pytest.mark.parametrize("began", [False, True])
 def test_spawned_processes_take_built_environments(began):
     env = vec_env.SubprocVecEnv([Built(built(began)), Built(built(began))], start_method="spawn")
@@ -78,7 +78,9 @@ def test_spawned_processes_take_built_environments(began):
         env.close()
 
 
-@pytest.mark.parametrize("kind", ["ours", "ours, as attributes", "dummy", "subproc"])
+@pytest.mark.parametrize(
+    "kind", ["ours", "ours, as attributes", "dummy", pytest.param("subproc", marks=pytest.mark.clients)]
+)
 def test_a_curriculum_changes_the_scenario(kind):
     makers = [lambda: gym.make("drillrig_env:DrillRig-v0", duration=0.5)] * RIGS
     if kind.startswith("ours"):
@@ -100,6 +102,7 @@ def test_a_curriculum_changes_the_scenario(kind):
         env.close()
 
 
+@pytest.mark.clients
 def test_video_of_several_rigs(tmp_path):
     pytest.importorskip("pygame")
     pytest.importorskip("moviepy")
