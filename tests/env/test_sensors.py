@@ -163,3 +163,21 @@ def test_page_of_the_environments_holds_the_tables():
     page = (Path(__file__).parents[2] / "docs" / "environment.md").read_text(encoding="utf-8")
     for sensors in SENSORS:
         assert observation_table(sensors) in page
+
+
+def test_values_without_a_target_are_those_that_need_none():
+    core = batch(("bit_speed", "top_speed", "current"))
+    assert list(core.sensors.values(core.observations)) == ["current"]
+    target = core.episodes["speed_target"]
+    values = core.sensors.values(core.observations, speed_target=target)
+    assert list(values) == ["bit_speed", "top_speed", "current"]
+    np.testing.assert_allclose(values["bit_speed"], core.episodes["state"][:, 2], atol=1e-6)
+    assert core.sensors.value(core.observations[0], "bit_speed", 3.0).shape == ()
+    with pytest.raises(ValueError, match=r"bit_speed is seen from the speed target.*give speed_target in rad/s"):
+        core.sensors.value(core.observations, "bit_speed")
+
+
+def test_a_target_that_is_given_goes_before_the_one_that_is_seen():
+    core = batch(("bit_speed", "speed_target"))
+    seen, given = (core.sensors.value(core.observations, "bit_speed", target) for target in (None, 0.0))
+    np.testing.assert_allclose(seen - given, core.episodes["speed_target"], atol=1e-6)
