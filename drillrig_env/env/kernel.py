@@ -126,7 +126,8 @@ def observe_episodes(episodes: Records, layout: Records, past: Past, observation
     values = np.empty(_CHANNELS)
     for n in range(episodes.shape[0]):
         _measure(episodes[n], layout, values, observations[n])
-        past[n, :] = observations[n]
+        for slot in range(past.shape[1]):
+            _copy(observations[n], past[n, slot])
 
 
 @inlined
@@ -164,12 +165,12 @@ def _step(
 @compiled
 def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
-    y, contact = episode.state, work.contact
+    x, y, contact = episode.state, work.y, work.contact
     press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, s.r_1)
     contact.omega_s, contact.speed_reference = s.omega_s, episode.speed_reference
-    from_equilibrium(y, contact, shift, y)
+    from_equilibrium(x, contact, shift, y)
     advance(y, contact, rungs, sampling, work, True, UNITS)
-    to_states(y, contact, shift, y)
+    to_states(y, contact, shift, x)
     lowest = highest = work.speed_samples[0]
     highest_torque = work.torque_samples[0]
     mean, variance, total, torque, stuck = episode.mean, episode.variance, 0.0, 0.0, 0
@@ -189,10 +190,10 @@ def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: 
     deviation = episode.string_torque - episode.torque_mean
     episode.torque_mean += s.torque_mean_gain * deviation
     episode.torque_variance += s.torque_variance_gain * (deviation * deviation - episode.torque_variance)
-    episode.voltage = s.k_p * (episode.speed_reference - y[4]) + s.k_i * y[6] + s.back_emf_compensation * y[4]
+    episode.voltage = s.k_p * (episode.speed_reference - x[4]) + s.k_i * x[6] + s.back_emf_compensation * x[4]
 
 
-@inlined
+@compiled
 def _measure(episode: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
     """Measure the channels of `layout` and scale them into one observation; `values` follows the order of CHANNELS."""
     for i in range(7):
@@ -210,15 +211,22 @@ def _measure(episode: Record, layout: Records, values: FloatArray, observation: 
         observation[i] = min(max(scaled, -LIMIT), LIMIT)
 
 
-@inlined
+@compiled
 def _delay(episode: Record, layout: Records, past: Past, observation: npt.NDArray[np.float32]) -> None:
     """Keep a new observation in the ring `past`, and put older measurements in its place."""
     slots = past.shape[0]
-    past[episode.step % slots] = observation
+    _copy(observation, past[episode.step % slots])
     seen = (episode.step - episode.delay) % slots
     for i in range(layout.shape[0]):
         if layout[i].late:
             observation[i] = past[seen, i]
+
+
+@inlined
+def _copy(source: npt.NDArray[np.float32], target: npt.NDArray[np.float32]) -> None:
+    """Copy an observation; for `target[:] = source` Numba compiles the words of an error about shapes, too."""
+    for i in range(source.size):
+        target[i] = source[i]
 
 
 @inlined

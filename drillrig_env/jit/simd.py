@@ -17,7 +17,8 @@ from typing import Any
 
 from llvmlite import ir
 from numba import TypingError, types
-from numba.extending import intrinsic, models, overload, register_model
+from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.extending import intrinsic, lower_builtin, models, register_model
 
 _built_in: Any = intrinsic  # its type says nothing of what it makes
 
@@ -80,36 +81,32 @@ def store(_context: Any, array: Any, first: Any, lanes: Any) -> Any:
     return types.void(array, first, lanes), generate
 
 
-def _arithmetic(operation: str) -> Any:
-    """An intrinsic that applies an LLVM operation lane by lane; a number counts for all lanes."""
-
-    @_built_in
-    def apply(_context: Any, left: Any, right: Any) -> Any:
-        lanes = right
-
-        def generate(_context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            first, second = arguments
-            if not isinstance(left, Lanes):
-                zeros = ir.Constant(ir.VectorType(ir.IntType(32), lanes.count), None)
-                only = ir.Constant(ir.IntType(32), 0)
-                one = builder.insert_element(ir.Constant(lanes.vector, ir.Undefined), first, only)
-                first = builder.shuffle_vector(one, one, zeros)
-            return getattr(builder, operation)(first, second)
-
-        return lanes(left if isinstance(left, Lanes) else types.float64, lanes), generate
-
-    return apply
-
-
 def _offer(symbol: Callable[..., Any], operation: str) -> None:
-    """Let an operator work on two vectors, and on a number and a vector."""
-    apply = _arithmetic(operation)
+    """Let an operator work on two vectors, and on a number and a vector, by one instruction of LLVM.
 
-    @overload(symbol, inline="always")
-    def on_lanes(left, right):  # type: ignore[no-untyped-def]  # Numba compares it with what it returns
-        if isinstance(right, Lanes) and isinstance(left, Lanes | types.Float):
-            return lambda left, right: apply(left, right)
-        return None
+    It is put beside Numba's own operators: an `overload` would be compiled at every place where it stands.
+    """
+
+    class OnLanes(AbstractTemplate):
+        def generic(self, arguments: Any, _keywords: Any) -> Any:
+            left, right = arguments
+            if isinstance(right, Lanes) and (left == right or isinstance(left, types.Float)):
+                return right(types.float64 if isinstance(left, types.Float) else left, right)
+            return None
+
+    def two_vectors(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        return getattr(builder, operation)(*arguments)
+
+    def number_and_vector(_context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        lanes = signature.return_type
+        zeros = ir.Constant(ir.VectorType(ir.IntType(32), lanes.count), None)
+        only = ir.Constant(ir.IntType(32), 0)
+        one = builder.insert_element(ir.Constant(lanes.vector, ir.Undefined), arguments[0], only)
+        return getattr(builder, operation)(builder.shuffle_vector(one, one, zeros), arguments[1])
+
+    infer_global(symbol)(OnLanes)
+    lower_builtin(symbol, Lanes, Lanes)(two_vectors)
+    lower_builtin(symbol, types.Float, Lanes)(number_and_vector)
 
 
 _offer(operator.add, "fadd")

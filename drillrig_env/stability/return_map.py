@@ -11,7 +11,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.friction import Friction, torque_in_zone, zone_of
-from drillrig_env.jit.compiled import compiled
+from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.propagator import WORKSPACE, advance
@@ -60,7 +60,7 @@ def _flow(
     shift: Records,
 ) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
-    y, contact = np.zeros(STATE), contacts[0]
+    y, contact = work.y, contacts[0]
     periods = int(time / _PERIOD)
     units = int((time - periods * _PERIOD) / _PERIOD * UNITS)
     rest = time - _PERIOD * (periods + units / UNITS)
@@ -84,12 +84,12 @@ def _cross(
     shift: Records,
 ) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
-    y, before, contact = np.zeros(STATE), np.zeros(STATE), contacts[0]
+    y, before, contact = work.y, np.zeros(STATE), contacts[0]
     for n in range(states.shape[0]):
         from_equilibrium(states[n], contact, shift, y)
         times[n] = np.nan
         for period in range(_LONGEST_RETURN):
-            before[:] = y
+            _copy(y, before)
             advance(y, contact, rungs, sampling, work, False, UNITS)
             if before[2] < 0.0 <= y[2]:
                 units = _locate(before, y, contact, rungs, sampling, work)
@@ -106,15 +106,21 @@ def _locate(before: FloatArray, y: FloatArray, contact: Record, rungs: Records, 
     low, high = 0, UNITS
     while high - low > 1:
         middle = (low + high) // 2
-        y[:] = before
+        _copy(before, y)
         advance(y, contact, rungs, sampling, work, False, middle)
         if y[2] < 0.0:
             low = middle
         else:
             high = middle
-    y[:] = before
+    _copy(before, y)
     advance(y, contact, rungs, sampling, work, False, low)
     return low
+
+
+@inlined
+def _copy(source: FloatArray, target: FloatArray) -> None:
+    for i in range(STATE):
+        target[i] = source[i]
 
 
 @compiled

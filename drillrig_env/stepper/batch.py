@@ -115,7 +115,7 @@ def _advance_rigs(
     result: FloatArray,
 ) -> None:
     work = np.zeros(1, dtype=WORKSPACE)[0]
-    y = np.zeros(STATE)
+    y = work.y
     for n in range(states.shape[0]):
         contact = contacts[n]
         from_equilibrium(states[n], contact, shift, y)

@@ -28,6 +28,7 @@ _POWERS_OF_RATES = POWERS_FROM_NODES / RADAU_NODES
 
 WORKSPACE = np.dtype(
     [
+        ("y", "f8", STATE),
         ("linear", "f8", NODES),
         ("speed", "f8", NODES),
         ("torque", "f8", NODES),
@@ -38,21 +39,24 @@ WORKSPACE = np.dtype(
         ("before", "f8", STATE),
         ("fast", "f8", STATE),
         ("fast_left", "f8", STATE),
-        ("speed_samples", "f8", SAMPLES),
-        ("torque_samples", "f8", SAMPLES),
+        ("speed_samples", "f8", 2 * SAMPLES),  # the last SAMPLES entries mean nothing, nor do those of torques
+        ("torque_samples", "f8", 2 * SAMPLES),
         ("contact", CONTACT),
     ],
     align=True,
 )
-"""Scratch numbers of one rig's step; `advance` leaves its samples there, and a caller may keep the contact there."""
+"""One rig at work: its states less the equilibrium `y`, scratch numbers, the samples that `advance` leaves, its contact.
+
+`y` and `contact` are what callers hand to `advance`: places of one type, so that it is compiled once for all of them.
+"""
 
 
 @compiled
-def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: Record, fine: bool) -> float:
+def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: Record) -> float:
     """Solve a step with one piece of the law; the share of the step over which the solution holds.
 
     1 is the whole step; less means that it crosses the kink there, and 0 that no share is accurate.
-    Unless `fine` the place of a kink is a guess, good for choosing shorter steps. Newton's method
+    Unless `table` is a `fine` one the place of a kink is a guess, good for choosing shorter steps. Newton's method
     begins from the law's tangent at the start. The other arguments are those of `advance`; `zone` is
     the piece of the law, `table` the tables of the step's length.
 
@@ -71,10 +75,10 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: 
     for _ in range(_NEWTON_LIMIT):
         error = 0.5 * contact.v_b * _newton_step(table, work)
         if zone == 0 or error < table.newton_tolerance:
-            return _reach(start, torque, zone, omega_s, table, work, fine)
+            return _reach(start, torque, zone, omega_s, table, work)
         for j in range(NODES):
-            if not fine and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
-                return _crossing(start, zone, omega_s, work, fine)
+            if not table.fine and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
+                return _crossing(start, zone, omega_s, table, work)
             work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], contact)
     return 0.0
 
@@ -116,7 +120,7 @@ def _newton_step(table: Record, work: Record) -> float:
 
 
 @inlined
-def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record, work: Record, fine: bool) -> float:
+def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record, work: Record) -> float:
     """The share of a solved step over which its solution holds, as `solve_nodes` returns it.
 
     The start of a step is no node, so how far T_r1 there lies from the cubic through its node values (the
@@ -128,11 +132,11 @@ def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record
         lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
         defect -= POWERS_FROM_NODES[0, j] * work.torque[j]
     rough = abs(defect) > table.largest_defect
-    if fine and rough:
+    if table.fine and rough:
         return 0.0
     nearest = lowest if zone == 1 else -highest
     if (zone != 0 and nearest < omega_s) or (zone == 0 and max(highest, -lowest) >= omega_s):
-        return _crossing(start, zone, omega_s, work, fine)
+        return _crossing(start, zone, omega_s, table, work)
     if zone * (work.speed[0] - start) < 0.0:
         # Slowing down: the speed may dip between two nodes by a fraction of its range.
         rough |= nearest - (max(highest, start) - min(lowest, start)) / 8.0 < omega_s
@@ -140,7 +144,7 @@ def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record
 
 
 @compiled
-def _crossing(start: float, zone: int, omega_s: float, work: Record, fine: bool) -> float:
+def _crossing(start: float, zone: int, omega_s: float, table: Record, work: Record) -> float:
     """Where a step leaves its zone, as a share of the step; 0 where a node cannot tell.
 
     A first guess is linear between the first node beyond the kink and what comes before it. The
@@ -156,7 +160,7 @@ def _crossing(start: float, zone: int, omega_s: float, work: Record, fine: bool)
                 share = earlier + (RADAU_NODES[j] - earlier) * (edge - speed_then) / (speed - speed_then)
             break
         earlier, speed_then = RADAU_NODES[j], speed
-    if not fine or share == 0.0:
+    if not table.fine or share == 0.0:
         return share
     rates = work.powers  # coefficients of the mean rate since the start, a cubic of time
     for i in range(NODES):

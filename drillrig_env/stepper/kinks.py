@@ -51,7 +51,7 @@ def step_through_kinks(y: FloatArray, zone: int, contact: Record, table: Record,
             if rate == 0.0:
                 break
         if piece > 0 or rough_stick:
-            reach = solve_nodes(y, zone, contact, table, work, True)
+            reach = solve_nodes(y, zone, contact, table, work)
         settling = amplitude * exp(rate * min(reach, left))
         if reach == 0.0 or (reach < left and abs(settling) > _SETTLED):
             break

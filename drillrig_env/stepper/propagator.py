@@ -19,9 +19,8 @@ from drillrig_env.stepper.tables import RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
 __all__ = ["WORKSPACE", "advance"]
 
 _SAMPLE_UNITS = UNITS // SAMPLES
-_HALF, _QUARTER, _EIGHTH = SAMPLES // 2, SAMPLES // 4, SAMPLES // 8
 _STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS
-"""The longest steps that are taken in stick, and across kinks, where no sample may lie inside."""
+"""The longest steps that are taken in stick, and across kinks, where no sample may lie inside (`fine` ones)."""
 
 
 @compiled
@@ -45,14 +44,14 @@ def advance(
         if position % size != 0 or position + size > stop or (rung < _KINK_RUNG and position + size > kink):
             rung += 1
             continue
-        table, fine, last = rungs[rung], rung >= _KINK_RUNG, rung == RUNGS - 1
-        reach = solve_nodes(y, zone, contact, table, work, fine)
+        table, last = rungs[rung], rung == RUNGS - 1
+        reach = solve_nodes(y, zone, contact, table, work)
         if reach == 1.0 or last:
             if sampled and rung < SAMPLED_RUNGS:
-                _sample_step(y, contact.speed_reference, sampling[rung], work, position // _SAMPLE_UNITS, rung)
+                _sample_step(y, contact.speed_reference, sampling[rung], work, position // _SAMPLE_UNITS)
             take_step(y, table, work)
             climb = 1
-        elif fine and step_through_kinks(y, zone, contact, table, work, reach):
+        elif table.fine and step_through_kinks(y, zone, contact, table, work, reach):
             climb = rung
         else:
             if reach > 0.0:
@@ -68,23 +67,15 @@ def advance(
 
 
 @inlined
-def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, rung: int) -> None:
-    """Samples inside a solved step that is about to be taken, as entries `first` and on."""
-    if rung == 0:
-        _samples_of(y, speed_reference, table, work, first, SAMPLES)
-    elif rung == 1:
-        _samples_of(y, speed_reference, table, work, first, _HALF)
-    elif rung == 2:
-        _samples_of(y, speed_reference, table, work, first, _QUARTER)
-    else:
-        _samples_of(y, speed_reference, table, work, first, _EIGHTH)
+def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int) -> None:
+    """Samples inside a solved step that is about to be taken, as entries `first` and on.
 
-
-@inlined
-def _samples_of(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int, count: int) -> None:
+    All SAMPLES entries of a table are worked out, whatever the length of the step: those past its end are zero or
+    are written over by the steps after it, and one width for all steps is compiled in a fraction of the time.
+    """
     speeds, torques = work.speed_samples, work.torque_samples
-    evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, count)
-    evaluate(y, work, table.torque_from_state, table.torque_from_torque, table.torque_at_rest, torques, first, count)
+    evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, SAMPLES)
+    evaluate(y, work, table.torque_from_state, table.torque_from_torque, table.torque_at_rest, torques, first, SAMPLES)
 
 
 @inlined

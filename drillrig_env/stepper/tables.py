@@ -73,6 +73,7 @@ RUNG = np.dtype(
         ("rate_from_torque", "f8", STATE),
         ("largest_defect", "f8"),  # N m, of a step that is taken
         ("newton_tolerance", "f8"),  # N m
+        ("fine", "b1"),  # whether steps lead across kinks, so that their place must be exact
     ],
     align=True,
 )
@@ -129,6 +130,7 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive |
     rungs = np.zeros(RUNGS, dtype=RUNG)
     share = tolerance / TOLERANCE
     rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5, share * 1e-9
+    rungs["fine"][SAMPLED_RUNGS:] = True
     sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
     speed_row, torque_row = np.eye(7)[2], torque_into_string(rig, np.eye(7))
     for r in range(RUNGS):
