@@ -88,6 +88,13 @@ SETTINGS = np.dtype(
     align=True,
 )
 
+SCRATCH = np.dtype([("work", WORKSPACE), ("values", "f8", _CHANNELS)], align=True)
+
+
+def scratch() -> np.ndarray:
+    """What a kernel needs of memory besides: a record of SCRATCH for each thread that runs one."""
+    return np.zeros(1, dtype=SCRATCH)
+
 
 @compiled
 def step_episodes(
@@ -100,6 +107,7 @@ def step_episodes(
     layout: Records,
     past: Past,
     observations: npt.NDArray[np.float32],
+    scratch: Records,
 ) -> None:
     """Step every rig whose episode is not over by one control step, in place.
 
@@ -108,9 +116,7 @@ def step_episodes(
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
     """
-    work = np.zeros(1, dtype=WORKSPACE)[0]
-    values = np.empty(_CHANNELS)
-    s = settings[0]
+    s, work, values = settings[0], scratch[0].work, scratch[0].values
     for n in range(episodes.shape[0]):
         episode = episodes[n]
         if episode.step < s.steps:
@@ -121,13 +127,16 @@ def step_episodes(
 
 
 @compiled
-def observe_episodes(episodes: Records, layout: Records, past: Past, observations: npt.NDArray[np.float32]) -> None:
+def observe_episodes(
+    episodes: Records, layout: Records, past: Past, observations: npt.NDArray[np.float32], scratch: Records
+) -> None:
     """Fill the first observations of episodes, shape (n, channels), and `past` with nothing but these."""
-    values = np.empty(_CHANNELS)
+    values = scratch[0].values
     for n in range(episodes.shape[0]):
         _measure(episodes[n], layout, values, observations[n])
         for slot in range(past.shape[1]):
-            _copy(observations[n], past[n, slot])
+            for i in range(past.shape[2]):  # entry by entry: an assignment of slices takes long to compile
+                past[n, slot, i] = observations[n, i]
 
 
 @inlined
@@ -162,7 +171,7 @@ def _step(
     episode.step += 1
 
 
-@compiled
+@inlined
 def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
     x, y, contact = episode.state, work.y, work.contact
@@ -211,22 +220,15 @@ def _measure(episode: Record, layout: Records, values: FloatArray, observation: 
         observation[i] = min(max(scaled, -LIMIT), LIMIT)
 
 
-@compiled
+@inlined
 def _delay(episode: Record, layout: Records, past: Past, observation: npt.NDArray[np.float32]) -> None:
     """Keep a new observation in the ring `past`, and put older measurements in its place."""
     slots = past.shape[0]
-    _copy(observation, past[episode.step % slots])
-    seen = (episode.step - episode.delay) % slots
+    now, seen = episode.step % slots, (episode.step - episode.delay) % slots
     for i in range(layout.shape[0]):
+        past[now, i] = observation[i]
         if layout[i].late:
             observation[i] = past[seen, i]
-
-
-@inlined
-def _copy(source: npt.NDArray[np.float32], target: npt.NDArray[np.float32]) -> None:
-    """Copy an observation; for `target[:] = source` Numba compiles the words of an error about shapes, too."""
-    for i in range(source.size):
-        target[i] = source[i]
 
 
 @inlined
@@ -257,7 +259,13 @@ _DEVIATION_OF_CALM = 0.02
 
 @compiled
 def settle_episodes(
-    episodes: Records, phases: FloatArray, settings: Records, rungs: Records, sampling: Records, shift: Records
+    episodes: Records,
+    phases: FloatArray,
+    settings: Records,
+    rungs: Records,
+    sampling: Records,
+    shift: Records,
+    scratch: Records,
 ) -> None:
     """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
 
@@ -265,28 +273,22 @@ def settle_episodes(
     run on by `phase` times the last period, to the nearest control step below. Where its
     oscillation dies instead, there is no stick-slip with these parameters: `start` becomes STEADY.
     """
-    work = np.zeros(1, dtype=WORKSPACE)[0]
+    work = scratch[0].work
     for n in range(episodes.shape[0]):
         episode = episodes[n]
-        period = _settle(episode, settings[0], rungs, sampling, shift, work)
-        episode.start = STICK_SLIP if period > 0 else STEADY
-        for _ in range(int(phases[n] * period)):
+        episode.start = STEADY
+        was_stuck, last_release, period, end = True, 0, 0, _LONGEST_SETTLING
+        step = 0
+        while step < end:
             _hold(episode, settings[0], rungs, sampling, shift, work)
-
-
-@inlined
-def _settle(episode: Record, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record) -> int:
-    """Run a rig until it cycles or calms down; the period in control steps, 0 where it calmed down."""
-    was_stuck, last_release, period = True, 0, 0
-    for step in range(_LONGEST_SETTLING):
-        _hold(episode, s, rungs, sampling, shift, work)
-        is_stuck = episode.stuck > 0.0
-        if was_stuck and not is_stuck:
-            period, last_release = step - last_release, step
-        was_stuck = is_stuck
-        if step >= SETTLING_STEPS:
-            if period > 0 and step - last_release <= period and step > 2 * period:
-                return period
-            if sqrt(episode.variance) < _DEVIATION_OF_CALM * episode.speed_reference:
-                return 0
-    return 0
+            if episode.start == STEADY:  # not yet found to cycle
+                is_stuck = episode.stuck > 0.0
+                if was_stuck and not is_stuck:
+                    period, last_release = step - last_release, step
+                was_stuck = is_stuck
+                if step >= SETTLING_STEPS:
+                    if period > 0 and step - last_release <= period and step > 2 * period:
+                        episode.start, end = STICK_SLIP, step + 1 + int(phases[n] * period)
+                    elif sqrt(episode.variance) < _DEVIATION_OF_CALM * episode.speed_reference:
+                        end = step
+            step += 1

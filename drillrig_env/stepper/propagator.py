@@ -39,7 +39,7 @@ def advance(
     while position < stop:
         zone = zone_of(y[2] + contact.speed_reference, contact.omega_s)
         if zone == 0:
-            rung = max(rung, _STICK_RUNG)
+            rung = rung if rung > _STICK_RUNG else _STICK_RUNG
         size = UNITS >> rung
         if position % size != 0 or position + size > stop or (rung < _KINK_RUNG and position + size > kink):
             rung += 1
@@ -61,7 +61,7 @@ def advance(
         position += size
         if sampled and rung >= SAMPLED_RUNGS and position % _SAMPLE_UNITS == 0:
             _sample_state(y, contact.speed_reference, sampling[0], work, position // _SAMPLE_UNITS - 1)
-        rung = max(rung - climb, 0)
+        rung = rung - climb if rung > climb else 0
         if position > kink:
             kink = UNITS
 
