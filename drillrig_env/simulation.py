@@ -18,6 +18,7 @@ from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE
 
 Schedule: TypeAlias = float | Sequence[tuple[float, float]]
@@ -164,6 +165,7 @@ def simulate(
         state[inside] = states[:-1]
         x = states[-1]
         state[np.abs(time - end) <= _TIME_TOLERANCE] = x
+    check_finite(state[None], time, "simulate")
     return Simulation(
         rig=rig,
         friction=friction,

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.jit.compiled import compiled
 
 CALM_INDEX = 0.1
 """Calm is a stick-slip index below this..."""
@@ -36,13 +35,11 @@ def stick_slip_index(lowest: Quantity, highest: Quantity, mean: Quantity) -> Flo
     return np.where(np.asarray(mean) > 0.0, index, np.inf)
 
 
-@compiled
 def is_calm(lowest: Any, highest: Any, mean: Any) -> Any:
     """Whether windows of bit speed are calm, SSI < CALM_INDEX; numbers or arrays."""
     return (highest - lowest < CALM_INDEX * 2.0 * mean) & (mean > LEAST_MEAN)
 
 
-@compiled
 def is_mitigated(lowest: Any, highest: Any, mean: Any, target: Any) -> Any:
     """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays."""
     return is_calm(lowest, highest, mean) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.attributes import PlaysTask, check_changeable
-from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE, SETTINGS, observe_episodes, step_episodes
+from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE, SETTINGS, observe_episodes, scratch, step_episodes
 from drillrig_env.env.reward import TERMS
 from drillrig_env.env.scenario import STARTS, check_pins
 from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
@@ -23,6 +23,7 @@ from drillrig_env.env.task import CHANGEABLE, Task, TaskLike
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked
+from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.tables import SAMPLES, ladder
 from drillrig_env.verdict import WINDOW, is_mitigated
 
@@ -129,7 +130,8 @@ class EpisodeBatch(PlaysTask):
         self.episodes[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
         past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
-        observe_episodes(fresh, self._layout, past, seen)
+        check_finite(fresh["state"][:, None, :7], np.zeros(1), "reset")
+        observe_episodes(fresh, self._layout, past, seen, scratch())
         self._past[indices] = past
         self.observations = self.observations.copy()
         self.observations[indices] = seen
@@ -140,17 +142,30 @@ class EpisodeBatch(PlaysTask):
         `observations` is a new array after each step, so that earlier ones keep their values.
         """
         observations = np.empty_like(self.observations)
+        lost: list[int] = []
+
+        def step(part: slice) -> None:
+            lost.append(step_episodes(*self._arguments(part, actions, observations)))
+
         if self.threads == 1 or len(self.episodes) == 1:
-            self._step(_ALL, actions, observations)
+            step(_ALL)
         else:
-            over_slices(lambda part: self._step(part, actions, observations), len(self.episodes), self.threads)
+            over_slices(step, len(self.episodes), self.threads)
+        if any(lost):
+            self.refuse_lost()
         self.observations = observations
 
-    def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], None]:
+    def refuse_lost(self) -> None:
+        """Raise `NotFiniteError` for the first rig whose state is no longer finite after a control step."""
+        times = CONTROL_PERIOD * self.episodes["step"][:, None]
+        check_finite(self.episodes["state"][:, None, :7], times, "step")
+
+    def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], int]:
         """A call that steps every rig, each time from and into these arrays, and leaves `self.observations` alone.
 
         For a single rig it is twice as fast as `step`, where finding the kernel takes longer than the physics.
-        It is a call for this very batch: a copy needs one of its own.
+        It is a call for this very batch: a copy needs one of its own. Where it returns more than 0, `refuse_lost`
+        says why.
         """
         return bound(step_episodes, *self._arguments(_ALL, actions, observations))
 
@@ -218,9 +233,6 @@ class EpisodeBatch(PlaysTask):
         for name, value in values.items():
             self._settings[name] = value
 
-    def _step(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> None:
-        step_episodes(*self._arguments(part, actions, observations))
-
     def _arguments(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> tuple[Any, ...]:
         tables = self._tables
         return (
@@ -233,6 +245,7 @@ class EpisodeBatch(PlaysTask):
             self._layout,
             self._past[part],
             observations[part],
+            scratch(),
         )
 
 

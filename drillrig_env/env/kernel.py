@@ -6,7 +6,7 @@ that there is to a step; the single, the vector and the SB3 environment call it 
 
 from __future__ import annotations
 
-from math import cos, log, pi, sqrt
+from math import cos, isfinite, log, pi, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -108,22 +108,24 @@ def step_episodes(
     past: Past,
     observations: npt.NDArray[np.float32],
     scratch: Records,
-) -> None:
-    """Step every rig whose episode is not over by one control step, in place.
+) -> int:
+    """Step every rig whose episode is not over by one control step, in place; how many have lost a finite state.
 
     `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
     length 1, `layout` the sensors' and `observations` of shape (n, channels) is filled for all rigs.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
     """
-    s, work, values = settings[0], scratch[0].work, scratch[0].values
+    s, work, values, lost = settings[0], scratch[0].work, scratch[0].values, 0
     for n in range(episodes.shape[0]):
         episode = episodes[n]
         if episode.step < s.steps:
             _step(episode, actions[n, 0], s, rungs, sampling, shift, work)
+            lost += not _is_finite(episode.state)
         _measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
             _delay(episode, layout, past[n], observations[n])
+    return lost
 
 
 @compiled
@@ -202,6 +204,14 @@ def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: 
     episode.voltage = s.k_p * (episode.speed_reference - x[4]) + s.k_i * x[6] + s.back_emf_compensation * x[4]
 
 
+@inlined
+def _is_finite(state: FloatArray) -> bool:
+    finite = True
+    for i in range(7):
+        finite &= isfinite(state[i])
+    return finite
+
+
 @compiled
 def _measure(episode: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
     """Measure the channels of `layout` and scale them into one observation; `values` follows the order of CHANNELS."""
@@ -272,6 +282,7 @@ def settle_episodes(
     A rig is run for 12 s or more at its speed reference. Where it then still sticks and slips, it is
     run on by `phase` times the last period, to the nearest control step below. Where its
     oscillation dies instead, there is no stick-slip with these parameters: `start` becomes STEADY.
+    A rig whose state is no longer finite is left there.
     """
     work = scratch[0].work
     for n in range(episodes.shape[0]):
@@ -281,6 +292,8 @@ def settle_episodes(
         step = 0
         while step < end:
             _hold(episode, settings[0], rungs, sampling, shift, work)
+            if not _is_finite(episode.state):
+                end = step
             if episode.start == STEADY:  # not yet found to cycle
                 is_stuck = episode.stuck > 0.0
                 if was_stuck and not is_stuck:

@@ -254,7 +254,8 @@ class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np
         self._action[0, 0] = value
         if self._counts.item(_STEP) >= self._steps:
             raise ResetNeeded(f"the episode of {self._steps} steps is over, or none has begun; call reset() first")
-        self._advance()
+        if self._advance():
+            self.core.refuse_lost()
         if self._picture is not None:
             self._picture.follow()
         info = self._next_info()

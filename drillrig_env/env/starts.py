@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import EPISODE, SETTLING_STEPS, settle_episodes
+from drillrig_env.env.kernel import EPISODE, SETTLING_STEPS, scratch, settle_episodes
 from drillrig_env.env.scenario import REST, STEADY, STICK_SLIP, Draws
 from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction
@@ -60,7 +60,7 @@ def _settle(
     phases = phase[indices]
 
     def settle(part: slice) -> None:
-        settle_episodes(cycling[part], phases[part], settings, tables.rungs, tables.sampling, tables.shift)
+        settle_episodes(cycling[part], phases[part], settings, tables.rungs, tables.sampling, tables.shift, scratch())
 
     over_slices(settle, len(indices), threads, SETTLING_STEPS)
     found = cycling["start"] == STICK_SLIP

@@ -12,6 +12,7 @@ import numba
 from drillrig_env.jit.stamp import stamp_of
 
 F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
 
 
 def compiled(function: F) -> F:
@@ -28,7 +29,7 @@ def inlined(function: F) -> F:
     return _compile(function, inline="always")
 
 
-def bound(kernel: Callable[..., None], *arguments: Any) -> Callable[[], None]:
+def bound(kernel: Callable[..., T], *arguments: Any) -> Callable[[], T]:
     """A call of a compiled kernel on these very arrays, again and again.
 
     Numba looks up the types of all arguments at each call: for ten arrays longer than one rig takes for a

@@ -20,7 +20,9 @@ from numba import TypingError, types
 from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-_built_in: Any = intrinsic  # its type says nothing of what it makes
+_built_in: Any = intrinsic  # their types say nothing of what they make
+_put_beside: Any = infer_global
+_lower: Any = lower_builtin
 
 
 class Lanes(types.Type):
@@ -104,9 +106,9 @@ def _offer(symbol: Callable[..., Any], operation: str) -> None:
         one = builder.insert_element(ir.Constant(lanes.vector, ir.Undefined), arguments[0], only)
         return getattr(builder, operation)(builder.shuffle_vector(one, one, zeros), arguments[1])
 
-    infer_global(symbol)(OnLanes)
-    lower_builtin(symbol, Lanes, Lanes)(two_vectors)
-    lower_builtin(symbol, types.Float, Lanes)(number_and_vector)
+    _put_beside(symbol)(OnLanes)
+    _lower(symbol, Lanes, Lanes)(two_vectors)
+    _lower(symbol, types.Float, Lanes)(number_and_vector)
 
 
 _offer(operator.add, "fadd")

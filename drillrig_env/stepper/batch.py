@@ -14,8 +14,9 @@ from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.propagator import WORKSPACE, advance
-from drillrig_env.stepper.tables import LONGEST_PERIOD, STATE, TOLERANCE, UNITS, from_equilibrium, ladder, to_states
+from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE, UNITS, from_equilibrium, ladder, to_states
 
 
 def simulate_batch(
@@ -82,7 +83,8 @@ def advance_batch(
 
     `states` has shape (n, 7), `friction` and `speed_reference` (rad/s) one entry a rig or one for
     all. Returns the states after every `every`-th period, shape (n, periods // every, 7): bit for
-    bit the same for a batch as for its rigs one at a time, and for any number of `threads`.
+    bit the same for a batch as for its rigs one at a time, and for any number of `threads`. Raises
+    `NotFiniteError` for a state that is no longer finite.
     """
     rigs = states.shape[0]
     tables = ladder(rig, period, tolerance)
@@ -101,6 +103,8 @@ def advance_batch(
         )
 
     over_slices(run, rigs, check_threads(threads), periods)
+    times: FloatArray = period * every * np.arange(1, periods // every + 1, dtype=float)
+    check_finite(result, times, "advance_batch")
     return result
 
 

@@ -45,7 +45,7 @@ WORKSPACE = np.dtype(
     ],
     align=True,
 )
-"""One rig at work: its states less the equilibrium `y`, scratch numbers, the samples that `advance` leaves, its contact.
+"""One rig at work: its states less the equilibrium `y`, scratch numbers, samples that `advance` leaves, its contact.
 
 `y` and `contact` are what callers hand to `advance`: places of one type, so that it is compiled once for all of them.
 """

@@ -9,6 +9,8 @@ shoots through the stick zone, is left to ever shorter steps, the last ones belo
 
 from __future__ import annotations
 
+from math import isfinite
+
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.friction import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
@@ -50,6 +52,8 @@ def advance(
             if sampled and rung < SAMPLED_RUNGS:
                 _sample_step(y, contact.speed_reference, sampling[rung], work, position // _SAMPLE_UNITS)
             take_step(y, table, work)
+            if last and not isfinite(y[2]):
+                return  # nothing is left to be found
             climb = 1
         elif table.fine and step_through_kinks(y, zone, contact, table, work, reach):
             climb = rung

@@ -114,6 +114,7 @@ class Ladder:
 
 
 @lru_cache(maxsize=64)
+@np.errstate(over="ignore", invalid="ignore")  # an impossible rig is found out by its first states
 def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Ladder:
     """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
 

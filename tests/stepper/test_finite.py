@@ -1,0 +1,69 @@
+"""A state that is no longer finite ends in an error, and reaches nobody."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Rig, make_sb3, simulate, simulate_batch
+from drillrig_env.stepper.finite import NotFiniteError, check_finite
+
+IMPOSSIBLE = [Rig(J_1=1e-300), Rig(k_i=1e9), Rig(k_1=1e300)]
+
+
+def names(rig):
+    (name,) = (name for name, value in vars(rig).items() if value != getattr(Rig(), name))
+    return name
+
+
+def test_first_rig_and_sample_are_named():
+    states = np.zeros((3, 4, 7))
+    check_finite(states, np.arange(4.0), "here")
+    states[1, 2, 4] = np.inf
+    with pytest.raises(NotFiniteError, match=r"here: top_speed = inf rad/s of rig 1 at 2 s is not finite; check"):
+        check_finite(states, np.arange(4.0), "here")
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rig", IMPOSSIBLE, ids=names)
+def test_impossible_rig_is_refused_by_simulation_and_environment(rig):
+    with pytest.raises(NotFiniteError, match="rig 0"):
+        simulate(rig, duration=5.0)
+    with pytest.raises(NotFiniteError, match="rig 0"):
+        _play(gym.make("DrillRig-v0", rig=rig))
+
+
+@pytest.mark.filterwarnings("error")
+def test_impossible_load_is_refused_with_its_rig():
+    frictions = Friction(np.array([10.0, 20.0, 1e300]))
+    with pytest.raises(NotFiniteError, match=r"rig 2 at 0\.1 s"):
+        simulate_batch(None, frictions, duration=1.0)
+    with pytest.raises(NotFiniteError, match="rig 0"):
+        simulate(friction=Friction(1e300), duration=1.0)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("start", ["stick_slip", "steady", "rest"])
+def test_impossible_load_never_reaches_an_observer(start):
+    options = {"normal_force": 1e300, "start": start}
+    with pytest.raises(NotFiniteError, match=r"rig 0 at 0\.\d s"):
+        _play(gym.make("DrillRig-v0"), options)
+    vector = gym.make_vec("DrillRig-v0", num_envs=3)
+    options["normal_force"] = np.array([10.0, 1e300, 10.0])
+    with pytest.raises(NotFiniteError, match="rig 1"):
+        _play(vector, options, np.zeros((3, 1), dtype=np.float32))
+
+
+def test_stable_baselines_gets_the_error_too():
+    pytest.importorskip("stable_baselines3")
+    env = make_sb3(2, seed=0, rig=Rig(k_1=1e300))
+    env.reset()
+    with pytest.raises(NotFiniteError, match="rig 0"):
+        env.step(np.zeros((2, 1), dtype=np.float32))
+
+
+def _play(env, options=None, action=np.zeros(1, dtype=np.float32)):  # noqa: B008  (never written to)
+    env.reset(seed=0, options=options)
+    for _ in range(20):
+        observation, reward, *_ = env.step(action)
+        assert np.isfinite(observation).all()
+        assert np.isfinite(reward).all()
