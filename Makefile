@@ -1,16 +1,28 @@
-# `make demo` and `make test` from a bare clone: each sets up .venv first.
+# `make demo` and `make test` from a bare clone: each sets up .venv first. `make help` lists the rest.
 PYTHON ?= python3
 VENV := .venv
+ifeq ($(OS),Windows_NT)
+BIN := $(VENV)/Scripts
+else
 BIN := $(VENV)/bin
+endif
 READY := $(VENV)/ready
 DEMO := results/demo
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+# The versions that were tested, with Python 3.11. `make CONSTRAINTS= test` takes the newest instead.
+CONSTRAINTS ?= constraints.txt
+CONSTRAIN := $(if $(CONSTRAINTS),--constraint $(CONSTRAINTS))
 
 # One thread for BLAS and PyTorch: faster for networks and matrices of this size.
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: demo test slow clients lint figures results benchmark peers clean
+.PHONY: help demo test slow lint figures results benchmark peers bounds mutants clients hooks clean
+
+help:  ## This list
+	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /: /'
 
 demo: $(READY)  ## The trained agents and the whole field on 1,000 random rigs
 	$(BIN)/python eval.py --suite default --output $(DEMO) --overwrite
@@ -21,11 +33,7 @@ test: $(READY) lint  ## Linters, type checker and the fast tests
 slow: $(READY)  ## The tests that take minutes
 	$(BIN)/python -m pytest -m slow -n 2
 
-clients: $(READY)  ## The environments with other libraries for reinforcement learning, which it installs
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev,clients]'
-	$(BIN)/python -m pytest -m clients
-
-lint: $(READY)
+lint: $(READY)  ## Linters and type checker alone
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
@@ -49,13 +57,26 @@ benchmark: $(READY)  ## Speed beside everything else that is installed, and the 
 	$(BIN)/python -m benchmarks.page
 
 peers: $(READY)  ## The other solvers and environments that `make benchmark` compares with
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[benchmark]'
+	$(PIP) $(CONSTRAIN) --editable '.[benchmark]'
 
-$(READY): pyproject.toml constraints.txt
+bounds: $(READY)  ## The fast tests with the lowest and with the newest versions of every dependency
+	$(BIN)/python -m tests.bounds
+
+mutants: $(READY)  ## Change the code in one place after another: does a test notice?
+	$(BIN)/python -m tests.mutants
+
+clients: $(READY)  ## The environments with other libraries for reinforcement learning, which it installs
+	$(PIP) $(CONSTRAIN) --editable '.[dev,clients]'
+	$(BIN)/python -m pytest -m clients
+
+hooks: $(READY)  ## Let every commit be judged by the linters and the type checker first
+	$(BIN)/pre-commit install
+
+$(READY): pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt torch
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(PIP) $(CONSTRAIN) torch
+	$(PIP) $(CONSTRAIN) --editable '.[dev]'
 	touch $(READY)
 
-clean:
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache *.egg-info
+clean:  ## Remove the environments and caches, and nothing else
+	rm -rf $(VENV) .bounds .mypy_cache .pytest_cache .ruff_cache *.egg-info

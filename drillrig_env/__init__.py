@@ -29,7 +29,7 @@ from drillrig_env.stepper.batch import simulate_batch
 if TYPE_CHECKING:
     from drillrig_env.env.sb3 import DrillRigVecEnv
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "ENVIRONMENTS",

@@ -1,12 +1,15 @@
 """The command line: who competes, what it leaves behind, what goes on after a cut, and how failures end."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 import baselines
-import eval as command
 from agents.policy.run_folder import shipped
+from drillrig_env.cli import evaluate as command
 from drillrig_env.command_line import Terminated
 from drillrig_env.evaluation.contestants import contestant_of, find_contestants
 from drillrig_env.evaluation.runner import run
@@ -14,6 +17,7 @@ from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.files import owned
 from drillrig_env.policy import find_policy
+from drillrig_env.rig import Rig
 
 FEW = ["--suite", "default", "--rigs", "8", "--no-pictures"]
 
@@ -44,7 +48,7 @@ import numpy as np
 
 
 def evaluate(*arguments):
-    return command.main([*map(str, arguments)])
+    return command.main([*map(str, arguments)], prog="python eval.py")
 
 
 def test_a_controller_of_ones_own_competes(controller, tmp_path, capsys):
@@ -158,7 +162,7 @@ def test_an_output_that_cannot_be_written_is_found_out_before_any_policy_runs(tm
         (["--suite", "defualt"], "argument --suite: 'defualt' is not known; did you mean default?"),
         (["--rigs", "0"], "argument --rigs: '0' is not allowed; allowed: a whole number, 1 or more"),
         (["--env", "DrillRig-v1"], "did you mean DrillRig-v0?"),
-        (["--rig", "rig.toml"], "unknown argument --rig"),
+        (["--rig", "nosuch.toml"], "argument --rig: rig: there is no file nosuch.toml"),
         (["--resume", "--overwrite"], "not allowed with argument"),
         (["constnat"], "did you mean constant?"),
         (["nosuch.py:Policy"], "nosuch.py"),
@@ -315,3 +319,36 @@ def test_noise_and_delay_of_a_training_are_everyones_and_said(tmp_path, capsys):
 def test_a_surface_agent_brings_its_environment(tmp_path):
     assert evaluate("ppo_surface", *FEW, "--output", tmp_path) == 0
     assert read(tmp_path).config["env"] == "DrillRigSurface-v0"
+
+
+def test_a_rig_of_ones_own_is_everyones_and_kept_in_the_results(tmp_path, capsys):
+    Rig(k_1=0.6).to_toml(tmp_path / "rig.toml")
+    own, chapter = tmp_path / "own", tmp_path / "chapter"
+    words = ["lqg", *FEW]
+    assert evaluate(*words, "--rig", tmp_path / "rig.toml", "--output", own) == 0
+    assert "each with k_1 = 0.6 N m/rad" in capsys.readouterr().out
+    assert evaluate(*words, "--output", chapter) == 0
+    assert read(own).config["rig"]["k_1"] == 0.6
+    assert "rig" not in read(chapter).config
+    omega_c = read(own).scores["default"]["lqg"]["critical_speed"]
+    assert (omega_c != read(chapter).scores["default"]["lqg"]["critical_speed"]).all()
+    with pytest.raises(SystemExit):
+        evaluate(*words, "--output", own, "--resume")
+    assert "rig was " in capsys.readouterr().err
+
+
+def test_a_policy_is_made_for_the_rig_that_it_meets(tmp_path):
+    (contestant,), _, conditions = find_contestants(["lqg"], "DrillRig-v0", rig={"k_1": 0.6})
+    assert conditions.rig == Rig(k_1=0.6)
+    assert contestant.members[""](suite("default", 2)).rig == Rig(k_1=0.6)
+
+
+def test_eval_py_in_a_clone_is_the_same_command():
+    done = subprocess.run(
+        [sys.executable, str(Path(__file__).parents[1] / "eval.py"), "--help"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert done.stdout.startswith("usage: python eval.py ")

@@ -8,7 +8,20 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 FLOORS = [
-    ["arrays", "allowed", "parameters", "toml", "files", "seeds", "markdown", "command_line", "extras", "moved", "jit"],
+    [
+        "arrays",
+        "allowed",
+        "parameters",
+        "toml",
+        "files",
+        "seeds",
+        "markdown",
+        "command_line",
+        "extras",
+        "progress",
+        "moved",
+        "jit",
+    ],
     ["rig"],
     ["drive", "friction"],
     ["flags"],
@@ -74,6 +87,8 @@ def test_rooms_import_only_those_below():
         assert room in FLOOR, f"{inside} is in no room of the house"
         for line, name in imports(path):
             other = name.split(".")[1] if "." in name else ""
+            if room == "cli" and name == "drillrig_env":  # the public names, which stand on all rooms but the commands
+                continue
             if other == room or (FLOOR.get(other) == FLOOR[room] == 0):
                 continue
             if other not in FLOOR or FLOOR[other] >= FLOOR[room]:

@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "simulate": ("drillrig_env.cli.simulate", "run a rig in time: a summary, a CSV file, a picture"),
     "figures": ("drillrig_env.plots.__main__", "draw the chapter's figures and the bistable region for a rig"),
     "measured": ("drillrig_env.calibrate.measured", "score a measured run against the model"),
+    "evaluate": ("drillrig_env.cli.evaluate", "compare policies on the same random rigs"),
     "train": ("drillrig_env.cli.train", "train an agent (in a clone of the project)"),
     "animate": ("drillrig_env.plots.animation", "film a rig that sticks and slips until a policy frees it"),
 }
@@ -36,6 +37,7 @@ _EPILOG = """\
 a first look:
   drillrig info --normal-force 20                 # below which speed does the rig stick and slip?
   drillrig simulate --speed-reference 2.5 --normal-force 20 --picture run.png
+  drillrig evaluate constant lqg --suite default --rigs 200
 
 a rig of your own:
   drillrig info --write my_rig.toml               # the chapter's rig, a line a parameter: edit it
@@ -55,7 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("command", nargs="?", help=argparse.SUPPRESS)
     chosen = parser.parse_args(words[:1])
     if chosen.version:
-        print(f"drillrig {importlib.import_module('drillrig_env').__version__}")
+        import drillrig_env
+
+        print(f"drillrig {drillrig_env.__version__}")
         return 0
     if chosen.command is None:
         parser.print_help()

@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig train") -
         parser = Parser(prog=prog, description=f"{__doc__}\nNot here, though: {_HOW}.")
         parser.parse_args([word for word in arguments or () if word in ("-h", "--help")])
         parser.error(_HOW)
-    code: int = _train(clone).main(arguments)
+    code: int = _train(clone).main(arguments, prog=prog)
     return code
 
 

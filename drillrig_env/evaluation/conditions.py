@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from drillrig_env.env.registration import ENVIRONMENTS
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.markdown import listed
+from drillrig_env.rig import Rig
 
 _SET_BY_SUITES = ("rig", "scenario", "duration", "reward", "slew_limit")
 """Arguments of a training's environment that no contest takes over: suites set them, or leave the standard ones."""
@@ -20,12 +21,13 @@ class Conditions:
     """The environment whose sensors everyone sees, their noise and their delay, but where a suite sets these.
 
     `noise` is a factor on the noise of the channels, or one for each by name; `delay` is in control steps, a number
-    or the least and the most.
+    or the least and the most. `rig` is what all rigs of a suite share.
     """
 
     env_id: str
     noise: float | Mapping[str, float]
     delay: tuple[int, int]
+    rig: Rig = field(default_factory=Rig)
 
     @classmethod
     def named(cls, conditions: str | Conditions) -> Conditions:
@@ -47,7 +49,8 @@ class Conditions:
     @property
     def arguments(self) -> dict[str, Any]:
         """The arguments of the environment."""
-        return {"sensors": self.sensors.name, "noise": self.noise, "delay": self.delay}
+        own = {} if self.rig == Rig() else {"rig": self.rig}
+        return {"sensors": self.sensors.name, "noise": self.noise, "delay": self.delay, **own}
 
     def __str__(self) -> str:
         low, high = self.delay

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import traceback
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.store import save
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.policy import Policy
+from drillrig_env.rig import Rig
 
 _FRAMES = 3
 """Calls that a failure's traceback shows, the innermost."""
@@ -150,5 +151,7 @@ def config_of(
         "suites": {suite.name: suite.definition() for suite in suites},
         "policies": {contestant.name: contestant.description() for contestant in contestants},
     }
+    if held.rig != Rig():
+        config["rig"] = asdict(held.rig)
     read_back: dict[str, Any] = json.loads(json.dumps(config))
     return read_back

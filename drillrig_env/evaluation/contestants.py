@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from drillrig_env.policy import (
     policy_names,
     privileged_of,
 )
+from drillrig_env.rig import Rig, RigLike
 
 
 def find_contestants(
@@ -27,10 +29,12 @@ def find_contestants(
     env_id: str | None = None,
     slow: bool = False,
     say: Callable[[str], object] = print,
+    rig: RigLike = None,
 ) -> tuple[list[Contestant], list[Failure], Conditions]:
     """The contestants of these names, or all that suit the environment; who cannot compete; and the conditions.
 
-    The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`. Without names
+    The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`; `rig` is the
+    rig of the suites, as `Rig.of` takes it. Without names
     the contestants are all installed policies and the trained agents of the clone. One that does not suit, or
     that is slow while `slow` is false, is then left out. `say` is called with a line that says why, and what
     differs from an agent's training. `UnknownPolicyError` for a name that is nothing.
@@ -41,7 +45,7 @@ def find_contestants(
         for label, source in sources.items()
         if names and source.about.get("kind") == "run"
     }
-    conditions = conditions_for(trainings, env_id, say)
+    conditions = replace(conditions_for(trainings, env_id, say), rig=Rig.of(rig))
     contestants = []
     for label, source in sources.items():
         try:
@@ -84,22 +88,22 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     label = label or source.name
     held = Conditions.named(conditions)
     shown = held.sensors
-    made = [source.make(seed, sensors=shown.name, slew_limit=SLEW_LIMIT) for seed in source.makers]
+    made = [source.make(seed, sensors=shown.name, rig=held.rig, slew_limit=SLEW_LIMIT) for seed in source.makers]
     sees = channels_of(made[0])
     if missing := [channel for channel in sees or () if channel not in shown.names]:
         raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show")
     env = held.arguments
     if sees is not None and sees != shown.names:
         env["sensors"] = sees
-    members = {seed: partial(_for_suite, source, seed, shown.name) for seed in source.makers}
+    members = {seed: partial(_for_suite, source, seed, shown.name, held.rig) for seed in source.makers}
     about = dict(source.about)
     if about.get("kind") != "run":
         about["parameters"] = _parameters(made[0])
     return Contestant(label, members, env, privileged_of(made[0]), drive_of(made[0]), about)
 
 
-def _for_suite(source: PolicySource, seed: str, sensors: str, suite: Suite) -> Policy:
-    return source.make(seed, sensors=sensors, slew_limit=suite.slew_limit)
+def _for_suite(source: PolicySource, seed: str, sensors: str, rig: Rig, suite: Suite) -> Policy:
+    return source.make(seed, sensors=sensors, rig=rig, slew_limit=suite.slew_limit)
 
 
 def _parameters(policy: Policy) -> Mapping[str, int | float | str]:

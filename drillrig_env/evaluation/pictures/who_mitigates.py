@@ -31,7 +31,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     figure = new_figure(0.7 + 2.0 * lines)
     panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for panel, policy in zip(panels.flat, policies, strict=False):
-        _outcomes(panel, scores[policy])
+        _outcomes(panel, scores[policy], Rig.of(results.config.get("rig")))
         panel.set_title(f"{label(policy, results.marks)}: {scores[policy]['mitigated'].mean():.1%}")
     for panel in panels.flat[len(policies) :]:
         panel.set_visible(False)
@@ -51,7 +51,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     return Picture(figure, caption)
 
 
-def _outcomes(panel: Axes, scores: Scores) -> None:
+def _outcomes(panel: Axes, scores: Scores, rig: Rig) -> None:
     """The rigs of one policy (of its first training seed), and the two lines of the physics."""
     first = scores["seed"] == scores["seed"][0]
     target, force = scores["speed_target"][first], scores["normal_force"][first]
@@ -62,7 +62,7 @@ def _outcomes(panel: Axes, scores: Scores) -> None:
             target[chosen], force[chosen], marker, color=color, ms=large * size * 0.6, mew=0.6, label=name, alpha=0.85
         )
     forces = np.linspace(max(float(force.min()), 1.0), float(force.max()), 200)
-    rig, friction = Rig(), Friction(forces)
+    friction = Friction(forces)
     panel.plot(critical_speed(rig, friction), forces, color=DARK, lw=1.2, label=r"critical speed $\omega_c$")
     panel.plot(folds(rig, friction), forces, color=DARK, lw=1.2, ls=(0, (4, 2)), label="fold")
     panel.set_xlim(float(target.min()) - 0.1, float(target.max()) + 0.1)

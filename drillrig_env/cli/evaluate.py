@@ -1,0 +1,206 @@
+"""Compare policies on the same random rigs: tables in the terminal, a folder of results, pictures.
+
+  drillrig evaluate                                     # everyone on all suites
+  drillrig evaluate --suite default --details           # one suite, all of its tables
+  drillrig evaluate constant z_torque runs/ppo_1        # and a trained agent, by its run folder
+  drillrig evaluate z_torque my_controller.py:MyPolicy  # and a controller of your own
+  drillrig evaluate --env DrillRigSurface-v0 --output results/surface
+  drillrig evaluate --rig my_rig.toml                   # on a rig of your own
+  drillrig evaluate --from results                      # the tables and pictures again, without running
+
+In a clone, `python eval.py` is the same. A policy is an installed one by name, the folder of a training run (or a
+trained agent of the clone, by name), a folder of several runs of one algorithm (its training seeds, pooled), or
+FILE.py:CLASS. Without names, every installed policy and trained agent competes that can work with the
+environment's sensors, slow ones excepted. A policy that fails is reported, and the others go on. Policies run one after
+another: the rigs of a suite already share all cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import drillrig_env
+from drillrig_env.command_line import DONE, FAILED, Parser, command, whole
+from drillrig_env.evaluation.beginning import begin
+from drillrig_env.evaluation.contest import Contestant, Failure, config_of, run_contest
+from drillrig_env.evaluation.contestants import find_contestants
+from drillrig_env.evaluation.histories import Histories
+from drillrig_env.evaluation.report import print_suite
+from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.store import clear_pictures, read, read_histories, save
+from drillrig_env.evaluation.suites import SUITES, Suite, suite
+from drillrig_env.evaluation.tables import all_estimates
+from drillrig_env.files import check_writable, owned
+from drillrig_env.flags import add_rig_argument
+from drillrig_env.parameters import closest
+from drillrig_env.plots.own_rig import differences
+from drillrig_env.policy import policy_names
+from drillrig_env.progress import Progress
+from drillrig_env.rig import Rig
+
+EXAMPLE = '''\
+from baselines import Baseline
+
+
+class MyPolicy(Baseline):
+    """Let the speed reference give way to the swing of the shaft's torque."""
+
+    channels = ("speed_reference", "speed_target", "twist_23")
+    memory = 1  # the running mean of the torque
+
+    def desired_reference(self, seen, privileged, memory):
+        torque = -self.rig.k_2 * seen["twist_23"]
+        memory[:, 0] += 0.05 * (torque - memory[:, 0])
+        return seen["speed_target"] - 8.0 * (torque - memory[:, 0])
+'''
+"""A user's own controller, as `--help` shows it."""
+
+_EPILOG = f"""a controller of your own, my_controller.py:
+
+{EXAMPLE}
+  drillrig evaluate constant z_torque my_controller.py:MyPolicy
+
+`seen` holds physical values by the channels' names, one entry a rig. A class that is no Baseline needs
+Stable-Baselines3's predict(observation, state, episode_start, deterministic) on batches, and is made
+without arguments.
+"""
+
+
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate") -> int:
+    """Parse the command line, put every policy through every suite, and report; the exit status."""
+    parser = _parser(prog)
+    chosen = parser.parse_args(arguments)
+    line = shlex.join([*prog.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    try:
+        if not chosen.no_pictures:
+            importlib.import_module("drillrig_env.plots.style")  # a missing Matplotlib is found out before the work
+        if chosen.saved:
+            return _report_again(chosen)
+        check_writable(chosen.output)
+        suites = [suite(name, chosen.rigs) for name in SUITES if name in chosen.suite]
+        contestants, failures, conditions = find_contestants(
+            chosen.policies, chosen.env, chosen.slow, _warn, chosen.rig
+        )
+        _print(failures)
+        names = [contestant.name for contestant in contestants]
+        reference = chosen.reference or next(iter(names), "")
+        if names and reference not in names:
+            raise ValueError(
+                f"--reference {reference} is not among the policies that compete; {closest(reference, names)}"
+            )
+    except (ValueError, ImportError) as error:
+        parser.error(str(error))
+    if not contestants:
+        return FAILED
+    config = config_of(conditions, suites, contestants, drillrig_env.__version__, line, reference)
+    with owned(chosen.output):
+        try:
+            results, histories = begin(chosen.output, config, chosen.resume, chosen.overwrite, _warn)
+        except ValueError as error:
+            parser.error(str(error))
+        failures += _run(suites, contestants, results, histories, chosen)
+        if results.scores:
+            results.estimates = all_estimates(results.scores, reference)
+            save(chosen.output, results, histories)
+            _draw(results, histories, chosen.output, chosen)
+    for failure in failures:
+        print(f"error: {failure}", file=sys.stderr)
+    return FAILED if failures else DONE
+
+
+def _parser(prog: str) -> Parser:
+    parser = Parser(prog=prog, description=__doc__, epilog=_EPILOG)
+    add = parser.add_argument
+    add("policies", nargs="*", help=f"who competes: {', '.join(policy_names())}, ...")
+    add(
+        "--env",
+        choices=list(drillrig_env.ENVIRONMENTS),
+        help="whose sensors (default: those that the named agents were trained with, or DrillRig-v0)",
+    )
+    add_rig_argument(parser)
+    add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
+    add("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
+    add("--rigs", type=whole(), default=1000, help="random rigs of a suite that is drawn (default: 1000)")
+    add("--output", type=Path, default=Path("results"), help="folder for the results (default: results)")
+    kept = parser.add_mutually_exclusive_group()
+    kept.add_argument("--resume", action="store_true", help="go on with the results in the output folder")
+    kept.add_argument("--overwrite", action="store_true", help="replace whatever results are in the output folder")
+    add("--reference", metavar="NAME", help="policy that the others are compared with (default: the first)")
+    add("--details", action="store_true", help="print also hardness, other scores and paired differences")
+    add("--no-pictures", action="store_true", help="draw nothing")
+    add("--from", dest="saved", type=Path, metavar="DIR", help="report the results of a folder; run nothing")
+    return parser
+
+
+def _report_again(chosen: argparse.Namespace) -> int:
+    """The tables and pictures of results that are there."""
+    results = read(chosen.saved)
+    try:
+        histories = Histories() if chosen.no_pictures else read_histories(chosen.saved)
+    except ValueError as error:
+        _warn(f"no pictures over time: {error}")
+        histories = Histories()
+    for name in results.scores:
+        _report(results, name, chosen.reference or results.config["reference"], chosen)
+    _draw(results, histories, chosen.saved, chosen)
+    return DONE
+
+
+def _run(
+    suites: Sequence[Suite],
+    contestants: Sequence[Contestant],
+    results: Results,
+    histories: Histories,
+    chosen: argparse.Namespace,
+) -> list[Failure]:
+    """Run what is not there yet, suite by suite, with a table after each; who failed."""
+    failures = []
+    if any(not results.has(one.name, contestant.name) for one in suites for contestant in contestants):
+        clear_pictures(chosen.output)
+    try:
+        for one in suites:
+            left = [contestant for contestant in contestants if not results.has(one.name, contestant.name)]
+            with Progress(one.name, len(left)) as progress:
+                failed = run_contest(one, left, results, histories, chosen.output, progress.show)
+            _print(failed)
+            failures += failed
+            if one.name in results.scores:
+                _report(results, one.name, chosen.reference or results.config["reference"], chosen)
+    except KeyboardInterrupt as stop:
+        line = results.config["command"].replace(" --overwrite", "")
+        again = line if chosen.resume else f"{line} --resume"
+        stop.add_note(f"what was finished is in {chosen.output}; to go on: {again}")
+        raise
+    return failures
+
+
+def _report(results: Results, name: str, reference: str, chosen: argparse.Namespace) -> None:
+    about = results.config["suites"][name]
+    title = f"{name}: {about['description']} ({about['rigs']} rigs, {results.config['env']})"
+    if changed := differences(Rig.of(results.config.get("rig"))):
+        title += f", each with {changed}"
+    print_suite(title, results.scores[name], results.marks, reference, chosen.details, bool(chosen.reference))
+
+
+def _draw(results: Results, histories: Histories, folder: Path, chosen: argparse.Namespace) -> None:
+    if not chosen.no_pictures:
+        from drillrig_env.evaluation.pictures import draw_all
+
+        draw_all(results, histories, folder)
+    print(f"results.csv, results.json{'' if chosen.no_pictures else ', pictures'}: {folder.resolve()}")
+
+
+def _print(failures: Sequence[Failure]) -> None:
+    """Failures as they happen, each with the innermost calls of its traceback."""
+    for failure in failures:
+        _warn(f"error: {failure}\n{failure.trace}".rstrip())
+
+
+def _warn(line: str) -> None:
+    print(line, file=sys.stderr)
