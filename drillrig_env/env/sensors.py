@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -104,7 +104,7 @@ class Sensors:
     delay: int = 0
 
     @classmethod
-    def named(cls, sensors: str | Sequence[str] | Sensors) -> Sensors:
+    def named(cls, sensors: str | Sequence[str] | Mapping[str, Any] | Sensors) -> Sensors:
         """Sensors by name: "state", "encoders" or "surface"; or of one's own, from names of channels.
 
         `ValueError` for an unknown name, an empty set or a channel that is named twice.
@@ -117,6 +117,9 @@ class Sensors:
                     f"sensors = {sensors!r} is not known; {closest(sensors, SENSORS)}, or names of channels"
                 )
             return SENSORS[sensors]
+        if isinstance(sensors, Mapping) and {"name", "channels", "noise", "delay"} == set(sensors):  # as JSON has them
+            channels = tuple(_BY_NAME[channel["name"]] for channel in sensors["channels"])
+            return cls(sensors["name"], channels, sensors["noise"], sensors["delay"])
         try:
             names = tuple(sensors)
         except TypeError as error:

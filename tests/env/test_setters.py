@@ -18,6 +18,7 @@ def made():
     """Every form, with a way to set an attribute of it."""
     single, wrapped = gym.make("DrillRig-v0").unwrapped, gym.make("DrillRig-v0")
     vector, training = gym.make_vec("DrillRig-v0", num_envs=2), drillrig_env.make_sb3(2, seed=0)
+    sync = gym.make_vec("DrillRig-v0", num_envs=2, vectorization_mode="sync")
     dummy = DummyVecEnv([lambda: gym.make("DrillRig-v0")] * 2)
     return {
         "attribute": (single, lambda name, value: setattr(single, name, value)),
@@ -25,6 +26,7 @@ def made():
         "vector": (vector, vector.set_attr),
         "vector, one value a rig": (vector, lambda name, value: vector.set_attr(name, [value, value])),
         "vector, attribute": (vector, lambda name, value: setattr(vector, name, value)),
+        "vector of Gymnasium": (sync, sync.set_attr),
         "sb3": (training, training.set_attr),
         "sb3, attribute": (training, lambda name, value: setattr(training, name, value)),
         "dummy": (dummy, lambda name, value: dummy.env_method("change", **{name: value})),
@@ -41,19 +43,21 @@ def begin(env):
     return env.reset()
 
 
+def core_of(env):
+    return env.envs[0].unwrapped.core if hasattr(env, "envs") else env.unwrapped.core
+
+
 def step(env):
     """References and rewards after a step upwards."""
     if isinstance(env, gym.Env):
         _, reward, _, _, info = env.step(UP)
         return float(info["speed_reference"]), reward
     rewards = env.step(UP_TWO)[1]
-    core = env.envs[0].unwrapped.core if isinstance(env, DummyVecEnv) else env.core
-    return float(core.episodes["speed_reference"][0]), float(rewards[0])
+    return float(core_of(env).episodes["speed_reference"][0]), float(rewards[0])
 
 
 def force(env):
-    core = env.envs[0].unwrapped.core if isinstance(env, DummyVecEnv) else getattr(env, "unwrapped", env).core
-    return float(core.episodes["normal_force"][0])
+    return float(core_of(env).episodes["normal_force"][0])
 
 
 @pytest.mark.parametrize("how", HOW)
@@ -125,10 +129,10 @@ def test_fields_can_be_read_on_every_form(name):
 )
 def test_what_is_not_allowed_leaves_all_as_it_was(how, name, value, words):
     env, give = made()[how]
-    task = env.unwrapped.task
+    task = core_of(env).task
     with pytest.raises(ValueError, match=words):
         give(name, value)
-    assert env.unwrapped.task is task
+    assert core_of(env).task is task
 
 
 def test_vectors_refuse_names_that_nothing_has_and_values_that_differ():

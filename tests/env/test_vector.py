@@ -7,6 +7,7 @@ from gymnasium.error import ResetNeeded
 from gymnasium.wrappers import TimeAwareObservation
 
 import drillrig_env
+from drillrig_env import Drive, Reward, Rig, Scenario, Task
 
 HOLD = np.zeros((2, 1), np.float32)
 
@@ -68,9 +69,15 @@ def test_spec_says_how_long_an_episode_is():
 
 
 def test_an_environment_can_be_made_again_from_its_spec():
-    for env in (gym.make("DrillRig-v0", duration=120.0), gym.make("DrillRig-v0", rig={"k_p": 2.0})):
+    for arguments in (
+        {"duration": 120.0},
+        {"rig": {"k_p": 2.0}},
+        {"rig": Rig(k_p=2.0), "scenario": Scenario(spread=0.1), "reward": Reward(action=1.0), "drive": Drive(0.3, 0.2)},
+        {"task": Task.of(sensors="encoders", delay=2)},
+    ):
+        env = gym.make("DrillRig-v0", **arguments)
         again = gym.make(gym.envs.registration.EnvSpec.from_json(env.spec.to_json()))
-        assert again.unwrapped.task.rig == env.unwrapped.task.rig
+        assert repr(again.unwrapped.task) == repr(env.unwrapped.task)
         assert again.unwrapped.core.steps == env.unwrapped.core.steps
         np.testing.assert_array_equal(again.reset(seed=1)[0], env.reset(seed=1)[0])
 
