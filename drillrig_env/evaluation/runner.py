@@ -18,6 +18,7 @@ from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.policy import Policy, drive_of, privileged_of
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.stepper.finite import NotFiniteError
 
 _TRACES = ("lowest", "highest", "average", "stuck", "torque_into_string", "highest_torque", "speed_reference", "reward")
 """Fields of a rig's record that are kept for every control step."""
@@ -51,17 +52,14 @@ def play(policy: Policy, core: EpisodeBatch, first_seed: int | None = None) -> I
     """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
 
     A policy that names in `privileged` what it must be told gets `info` before each step. Raises `ValueError` for
-    actions of another shape and, naming policy, rig and step, for actions, states and rewards that are not
-    finite; the rig's seed is named as well where rig i has the seed `first_seed` + i.
+    actions of another shape or such as are not finite, and `NotFiniteError` for a state that is not; both name
+    policy, rig and step, and the rig's seed where rig i has the seed `first_seed` + i.
     """
 
-    def check(what: str, finite: npt.NDArray[np.bool_]) -> None:
-        if not finite.all():
-            rig = int(np.argmin(finite))
-            seed = "" if first_seed is None else f" (seed {first_seed + rig})"
-            raise ValueError(
-                f"{type(policy).__name__}: {what} of rig {rig}{seed} is not finite in control step {step + 1}"
-            )
+    def place(finite: npt.NDArray[np.bool_]) -> str:
+        rig = int(np.argmin(finite))
+        seed = "" if first_seed is None else f" (seed {first_seed + rig})"
+        return f"rig {rig}{seed} in control step {step + 1}"
 
     told = privileged_of(policy)
     state, begins = None, np.ones(len(core), dtype=np.bool_)
@@ -71,10 +69,14 @@ def play(policy: Policy, core: EpisodeBatch, first_seed: int | None = None) -> I
         actions, state = policy.predict(core.observations, state, begins, deterministic=True)
         begins = np.zeros(len(core), dtype=np.bool_)
         if np.shape(actions) == (len(core), 1) and np.asarray(actions).dtype.kind == "f":
-            check("the action", np.isfinite(actions[:, 0]))
-        core.step(check_actions(actions, len(core)))
-        check("the state", np.isfinite(core.episodes["state"]).all(axis=1))
-        check("the reward", np.isfinite(core.episodes["reward"]))
+            finite = np.isfinite(actions[:, 0])
+            if not finite.all():
+                raise ValueError(f"{type(policy).__name__}: the action for {place(finite)} is not finite")
+        try:
+            core.step(check_actions(actions, len(core)))
+        except NotFiniteError as error:
+            finite = np.isfinite(core.episodes["state"]).all(axis=1)
+            raise NotFiniteError(f"{type(policy).__name__}, {place(finite)}: {error}") from error
         yield step
 
 

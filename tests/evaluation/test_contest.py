@@ -53,7 +53,7 @@ def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
     assert "no telling" in str(failures[0])
     assert "tell" in failures[0].trace
     assert "shape (6,)" in str(failures[1])
-    assert "NotANumber: the action of rig 0 (seed 1000000000) is not finite" in str(failures[2])
+    assert "NotANumber: the action for rig 0 (seed 1000000000) in control step 1 is not finite" in str(failures[2])
     assert "gain" in str(failures[3])
     assert read(tmp_path).policies == results.policies == ["Hold"]
 
