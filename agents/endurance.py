@@ -6,7 +6,7 @@ that is kept away from the target winds up the integral of the drive's speed loo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -23,10 +23,16 @@ TIMES = (60.0, 120.0, 300.0, 600.0)
 """When the verdict is asked for, s."""
 
 
-def endurance(agent: Agent, rigs: int = 200, times: Sequence[float] = TIMES) -> dict[str, float]:
+def endurance(
+    agent: Agent,
+    rigs: int = 200,
+    times: Sequence[float] = TIMES,
+    progress: Callable[[int, int], object] | None = None,
+) -> dict[str, float]:
     """The share of rigs that are calm and at their target over the last 10 s before each of `times` (s).
 
     The rigs are the first ones of the suite `default`, each under the agent from stick-slip on without a break.
+    `progress` is called with the control steps done, and with how many there are.
     """
     arguments = {**agent.environment, "duration": max(times), "scenario": "default"}
     core = EpisodeBatch(rigs, **arguments)
@@ -41,4 +47,6 @@ def endurance(agent: Agent, rigs: int = 200, times: Sequence[float] = TIMES) -> 
                 lowest, highest, mean = traces[0].min(axis=0), traces[1].max(axis=0), traces[2].mean(axis=0)
                 held = is_mitigated(lowest, highest, mean, core.episodes["speed_target"])
                 found[f"{time:g}"] = float(np.mean(held))
+        if progress and ((step + 1) % window == 0 or step + 1 == core.steps):
+            progress(step + 1, core.steps)
     return found

@@ -23,7 +23,7 @@ from agents.rivals import ahead
 from agents.shipping.card import training_minutes
 from agents.shipping.export import EXAMPLE
 from drillrig_env import markdown
-from drillrig_env.command_line import Parser, command
+from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.statistics import interquartile_mean
@@ -58,6 +58,15 @@ python -m agents.page                                 # this page
 command line, and an unknown one is refused with the closest known name. A run's folder holds its config, command,
 versions, evaluations and models.
 
+Nothing that was learnt is lost: a checkpoint stays until the last model is whole, every file is whole or not there,
+one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0 (done),
+1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM).
+
+**Models of other people.** Stable-Baselines3 keeps settings in `model.zip` as pickles, and `PPO.load` runs whatever
+code their maker put there. This project reads a run's settings from `config.json` and only tensors from
+`model.zip`: `eval.py` and the export execute nothing that a run folder holds. `train.py --resume` does load the
+checkpoint's pickles: go on with your own trainings only. To pass an agent on, use ONNX, which holds no code.
+
 The hyperparameter files are in rl-zoo3's format:
 
 ```sh
@@ -91,7 +100,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         parser.error(str(error))
     if chosen.check:
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            raise SystemExit(f"{path} is out of date; run: {COMMAND}")
+            raise Failed(f"{path} is out of date; run: {COMMAND}")
         return
     from agents.pictures import draw_all
 

@@ -185,7 +185,7 @@ def _fast(
     starts = np.flatnonzero(np.concatenate([[True], intervals[1:] != intervals[:-1]]))
     x = np.asarray(state)
     for first, last in zip(starts, [*starts[1:], len(intervals)], strict=True):
-        parts = ceil(intervals[first] / LONGEST_PERIOD - _TIME_TOLERANCE)
+        parts = ceil(intervals[first] / LONGEST_PERIOD)
         run = advance_batch(
             rig,
             friction,

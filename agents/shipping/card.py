@@ -6,7 +6,6 @@ python -m agents.shipping.card ppo sac   # some
 
 from __future__ import annotations
 
-import argparse
 import json
 import shlex
 from collections.abc import Mapping, Sequence
@@ -19,9 +18,11 @@ from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import MODEL, SEEDS, TRAINED, is_run, load_policy, read_config, read_seeds
 from drillrig_env import markdown
+from drillrig_env.command_line import Parser, command
 from drillrig_env.drive import Drive
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, Row, Table, stored_row
+from drillrig_env.files import write_text
 
 COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
@@ -44,11 +45,10 @@ print(info["is_success"])  # whether the last 10 s were calm and at the target
 """How to load and run an agent of the name NAME."""
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the cards of all shipped agents or of those named."""
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"shipped agents (default: {_names(TRAINED)})")
     chosen = parser.parse_args(arguments)
     try:
@@ -62,7 +62,7 @@ def write_card(name: str, trained: Path = TRAINED) -> Path:
     """Write one agent's card and return its path. `ValueError` where the agent or its `seeds.json` is missing."""
     path = trained / name / CARD
     text = card(name, trained)
-    path.write_text(text, encoding="utf-8")
+    write_text(path, text)
     return path
 
 
@@ -231,4 +231,4 @@ def _minutes(seconds: float | None) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

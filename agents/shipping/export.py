@@ -12,7 +12,7 @@ both, prints the largest difference and fails where it is above 1e-5 rad/s^2.
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,17 @@ import numpy as np
 
 from agents.policy.agent import Agent
 from agents.policy.run_folder import find_run, load_policy, shipped
+from agents.shipping.exported import ExportedPolicy
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.extras import missing
+from drillrig_env.files import check_writable, written_whole
+from drillrig_env.flags import of_kind
 from drillrig_env.seeds import VALIDATION_SEEDS
 
+COMMAND = "python -m agents.shipping.export"
 TOLERANCE = 1e-5
 """Largest difference from the agent that an export may have, rad/s^2."""
 
@@ -46,7 +52,7 @@ def measured(name):  # ask your rig here; the unit is in about["channels"]
 
 
 for _ in range(50):
-    values = {c["name"]: np.array([[measured(c["name"])]]) for c in json.loads(about["channels"])}
+    values = {c["name"]: np.array([[measured(c["name"])]], np.float64) for c in json.loads(about["channels"])}
     rate, *remembered = session.run(None, {**values, **memory})
     memory = dict(zip(memory, remembered))
     speed_reference += period * float(rate[0, 0])  # give this to your drive
@@ -55,28 +61,26 @@ print(f"speed reference: {speed_reference:.3f} rad/s")
 """A program that runs an exported agent with onnxruntime alone."""
 
 
-def main() -> None:
+@command
+def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, export, and compare."""
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        epilog=f"how to run it with onnxruntime alone:\n{EXAMPLE}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    parser = Parser(prog=COMMAND, description=__doc__, epilog=f"how to run it with onnxruntime alone:\n{EXAMPLE}")
     names = ", ".join(shipped()) or "none yet"
     parser.add_argument("agent", help=f"a shipped agent ({names}) or a run folder")
     parser.add_argument("--out", type=Path, default=Path("policy.onnx"), help="file to write (default: policy.onnx)")
-    parser.add_argument("--episodes", type=int, default=20, help="episodes for the comparison (default: 20)")
-    arguments = parser.parse_args()
+    parser.add_argument("--episodes", type=of_kind(COUNT), default=20, help="episodes for the comparison (default: 20)")
+    chosen = parser.parse_args(arguments)
+    check_writable(chosen.out.parent)
     try:
-        agent = load_policy(find_run(arguments.agent))
-        export(agent, arguments.out)
-    except (ValueError, ImportError, OSError) as error:
+        agent = load_policy(find_run(chosen.agent))
+        export(agent, chosen.out)
+    except (ValueError, ImportError) as error:
         parser.error(str(error))
-    difference = largest_difference(agent, arguments.out, arguments.episodes)
-    print(f"{arguments.out}: {arguments.out.stat().st_size / 1024:.0f} kB")
-    print(f"largest difference from the agent over {arguments.episodes} episodes: {difference:.1e} rad/s^2")
+    difference = largest_difference(agent, chosen.out, chosen.episodes)
+    print(f"{chosen.out}: {chosen.out.stat().st_size / 1024:.0f} kB")
+    print(f"largest difference from the agent over {chosen.episodes} episodes: {difference:.1e} rad/s^2")
     if not difference < TOLERANCE:
-        raise SystemExit(f"the difference is not below {TOLERANCE:g} rad/s^2; the file is not to be trusted")
+        raise Failed(f"the difference is not below {TOLERANCE:g} rad/s^2; the file is not to be trusted")
 
 
 def export(agent: Agent, path: Path) -> None:
@@ -87,7 +91,9 @@ def export(agent: Agent, path: Path) -> None:
         from agents.shipping.onnx_graph import build
     except ImportError as error:
         raise missing("the export", "onnx", "export") from error
-    onnx.save(build(agent), path)
+    model = build(agent)
+    with written_whole(path) as new:
+        onnx.save(model, new)
 
 
 def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
@@ -95,22 +101,13 @@ def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
 
     Both are shown the same measurements, step by step, the file in physical units; each keeps its own memory.
     """
-    import onnxruntime
-
-    session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
+    exported = ExportedPolicy(path)
     core = EpisodeBatch(episodes, **agent.environment)
     core.reset(np.arange(episodes), first_uniforms(VALIDATION_SEEDS.start, episodes))
-    memory = {
-        item.name: np.zeros((episodes, item.shape[1]), np.float32)
-        for item in session.get_inputs()
-        if item.name not in core.sensors.names
-    }
     state: Any = None
     largest = 0.0
     for _ in range(core.steps):
-        values = {name: value[:, None] for name, value in core.sensors.values(core.observations).items()}
-        rates, *remembered = session.run(None, {**values, **memory})
-        memory = dict(zip(memory, remembered, strict=True))
+        rates = exported.rates(core.sensors.values(core.observations))
         actions, state = agent.predict(core.observations, state)
         largest = max(largest, float(np.abs(rates - core.slew_limit * actions).max()))
         core.step(np.ascontiguousarray(actions, dtype=np.float32))
@@ -118,4 +115,4 @@ def largest_difference(agent: Agent, path: Path, episodes: int = 20) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -13,11 +13,11 @@ it reached (`agents.endurance`).
 
 from __future__ import annotations
 
-import argparse
 import shlex
 import shutil
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,18 +26,19 @@ import numpy as np
 import drillrig_env
 from agents.endurance import endurance
 from agents.policy.run_folder import (
-    CHECKPOINT,
     CONFIG,
     EVALUATIONS,
     MODEL,
     SEEDS,
     TRAINED,
+    is_finished,
     is_run,
     load_policy,
     read_config,
 )
 from agents.shipping.card import write_card
 from agents.training.progress import read_progress
+from drillrig_env.command_line import Parser, command, whole
 from drillrig_env.evaluation.beginning import begin
 from drillrig_env.evaluation.contest import config_of, run_contest
 from drillrig_env.evaluation.contestants import contestant_of
@@ -47,7 +48,7 @@ from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
-from drillrig_env.files import json_text, write_text
+from drillrig_env.files import json_text, write_text, written_whole
 from drillrig_env.policy import find_policy
 from drillrig_env.progress import Progress
 
@@ -59,21 +60,20 @@ ENDURING = 200
 """Rigs that the shipped seed is put through for ten minutes."""
 
 
+@command
 def main(arguments: Sequence[str] | None = None) -> None:
     """Parse the command line, evaluate the seeds, and ship one."""
-    parser = argparse.ArgumentParser(
-        prog=COMMAND, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("folder", type=Path, help="folder of the seeds, as train.py --seeds leaves it")
     parser.add_argument("--name", required=True, help="what the agent is called")
-    parser.add_argument("--rigs", type=int, default=1000, help="random rigs of a suite (default: 1000)")
+    parser.add_argument("--rigs", type=whole(), default=1000, help="random rigs of a suite (default: 1000)")
     parser.add_argument("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
     parser.add_argument("--results", type=Path, metavar="DIR", help="folder that keeps the episodes, to go on from")
     chosen = parser.parse_args(arguments)
-    command = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    made_by = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
     names = [name for name in SUITES if name in chosen.suite or name == "default"]
     try:
-        folder = ship(chosen.folder, chosen.name, chosen.rigs, names, chosen.results, command=command)
+        folder = ship(chosen.folder, chosen.name, chosen.rigs, names, chosen.results, command=made_by)
     except ValueError as error:
         parser.error(str(error))
     print(f"seed {read_config(folder)['seed']} is shipped: {folder}")
@@ -103,7 +103,10 @@ def ship(
     target = trained / name
     target.mkdir(parents=True, exist_ok=True)
     for file in (CONFIG, MODEL, EVALUATIONS):
-        shutil.copyfile(folders[shipped] / file, target / file)
+        with written_whole(target / file) as new:
+            shutil.copyfile(folders[shipped] / file, new)
+    with Progress("endurance", parts=1) as progress:
+        held = endurance(load_policy(target), min(rigs, ENDURING), progress=partial(progress.show, name))
     content = {
         "command": command,
         "provenance": provenance(),
@@ -112,7 +115,7 @@ def ship(
         "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
         "pooled": {one: tables[name] for one, tables in results.estimates.items()},
         "alone": {one: tables[name] for one, tables in all_estimates(alone, name).items()},
-        "endurance": endurance(load_policy(target), min(rigs, ENDURING)),
+        "endurance": held,
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
     }
     write_text(target / SEEDS, json_text(content, indent=1))
@@ -137,7 +140,7 @@ def _finished(runs: Path) -> dict[str, Path]:
         raise ValueError(f"{runs} holds {len(folders)} training seeds; allowed: >= {LEAST_SEEDS}")
     for path in folders.values():
         missing = [file for file in (MODEL, EVALUATIONS) if not (path / file).is_file()]
-        if missing or (path / CHECKPOINT).exists():
+        if missing or not is_finished(path):
             raise ValueError(f"{path} is not finished; go on with: python train.py --resume {runs}")
     return {seed: folders[seed] for seed in sorted(folders, key=int)}
 
@@ -178,4 +181,4 @@ def _seed(folder: Path, scores: Scores) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -52,13 +52,14 @@ def simulate_batch(
         raise refuse("simulate_batch", "number of rigs", sorted(lengths), "", "the same for every argument, or one")
     start = np.broadcast_to(start, (max(lengths, default=1), 7))
     samples = int(np.floor(duration / sample_period + 1e-9))
-    parts = ceil(sample_period / LONGEST_PERIOD - 1e-9)
+    interval = float(np.round(sample_period, 10))  # as in `simulate`: 0.1 + 0.2 takes three steps of 0.1 s
+    parts = ceil(interval / LONGEST_PERIOD)
     states = advance_batch(
         rig,
         friction,
         start,
         speed_reference,
-        period=sample_period / parts,
+        period=interval / parts,
         periods=samples * parts,
         every=parts,
         threads=threads,

@@ -115,5 +115,5 @@ def test_file_is_filled_gone_on_with_and_made_again_after_a_change(tmp_path, mon
 def test_impossible_numbers_are_refused(tmp_path, capsys):
     with pytest.raises(SystemExit):
         ablations.main(["--seeds", "0", "--output", str(tmp_path / "file.json")])
-    assert "argument --seeds: '0' is not allowed" in capsys.readouterr().err
+    assert "--seeds: '0' is not allowed" in capsys.readouterr().err
     assert not (tmp_path / "file.json").exists()

@@ -8,6 +8,7 @@ import pytest
 from agents.policy.run_folder import load_policy
 from agents.shipping import export as command
 from agents.shipping.export import EXAMPLE, TOLERANCE, export, largest_difference
+from agents.shipping.exported import ExportedPolicy
 from agents.training.settings import Training
 from agents.training.train import train
 
@@ -95,15 +96,40 @@ def test_recurrent_network_is_refused(tmp_path):
 def test_a_file_that_acts_otherwise_than_its_agent_is_refused(difference, refused, tmp_path, monkeypatch, capsys):
     """What the command says of a file hangs on the largest difference alone: 1e-5 rad/s^2 and more is too much."""
     path = tmp_path / "policy.onnx"
-    monkeypatch.setattr(sys, "argv", ["export", "ppo", "--out", str(path)])
     monkeypatch.setattr(command, "find_run", lambda name: name)
     monkeypatch.setattr(command, "load_policy", lambda run: None)
     monkeypatch.setattr(command, "export", lambda agent, out: out.write_bytes(b"x"))
     monkeypatch.setattr(command, "largest_difference", lambda agent, out, episodes: difference)
-    if refused:
-        with pytest.raises(SystemExit, match="not to be trusted") as caught:
-            command.main()
-        assert caught.value.code not in (0, None)
-    else:
-        command.main()
-    assert f"{difference:.1e} rad/s^2" in capsys.readouterr().out
+    assert command.main(["ppo", "--out", str(path)]) == refused
+    told = capsys.readouterr()
+    assert f"{difference:.1e} rad/s^2" in told.out
+    assert ("not to be trusted" in told.err) == refused
+
+
+def test_mistakes_are_explained_and_leave_no_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for arguments, message in (
+        (["ppo", "--episodes", "0"], "argument --episodes: '0' is not allowed; allowed: whole, >= 1"),
+        (["pppo"], "pppo: neither a shipped agent nor the folder of a run"),
+    ):
+        with pytest.raises(SystemExit) as end:
+            command.main(arguments)
+        assert end.value.code == 2
+        assert message in capsys.readouterr().err
+    assert command.main(["ppo", "--out", "missing/folder.txt/policy.onnx"]) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_exported_agent_takes_float32_and_float64(agent, tmp_path):
+    export(agent, tmp_path / "policy.onnx")
+    rng = np.random.default_rng(0)
+    exported = ExportedPolicy(tmp_path / "policy.onnx")
+    assert exported.channels == tuple(agent.sensors.names)
+    values = {name: rng.uniform(0.0, 1.0, 5).astype(np.float32) for name in exported.channels}
+    single = exported.rates(values)
+    exported.reset()
+    double = exported.rates({name: value.astype(np.float64)[:, None] for name, value in values.items()})
+    np.testing.assert_array_equal(single, double)
+    assert single.shape == (5, 1)
+    with pytest.raises(ValueError, match=f"wants the channels {exported.channels[0]} too"):
+        exported.rates({name: values[name] for name in exported.channels[1:]})

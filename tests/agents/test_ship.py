@@ -69,7 +69,7 @@ def test_kept_results_are_not_made_again(trained, five_seeds, tmp_path, monkeypa
     ship(five_seeds, "ppo", 12, ["default", "load"], trained.parent / "results", tmp_path)
     again, before = read_seeds(tmp_path / "ppo"), read_seeds(trained / "ppo")
     assert (again["pooled"], again["shipped"]) == (before["pooled"], before["shipped"])
-    with pytest.raises(ValueError, match="rigs was 12, and is 13 now"):
+    with pytest.raises(ValueError, match="results of another making"):
         ship(five_seeds, "ppo", 13, ["default"], trained.parent / "results", tmp_path)
 
 
@@ -105,7 +105,9 @@ def test_endurance_after_the_length_of_an_episode_is_the_verdict_of_the_episode(
         def predict(self, observation, state=None, episode_start=None, deterministic=True):
             return np.zeros((len(observation), 1), np.float32), None
 
-    held = endurance(SetPoint(), 40, (20.0, 60.0, 120.0))
+    told = []
+    held = endurance(SetPoint(), 40, (20.0, 60.0, 120.0), lambda *done: told.append(done))
+    assert told == [(step, 1200) for step in range(100, 1300, 100)]
     mitigated = score(run(SoftTorque(), default_suite(40)))["mitigated"].mean()
     assert held["60"] == pytest.approx(mitigated)
     assert held["20"] < held["60"] <= held["120"]

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from baselines import BASELINES
-from baselines.tune import keep, measure, search, tuning_suite
+from baselines.tries import Tries
+from baselines.tune import keep, main, measure, search, tuning_suite
 from baselines.tuned import RECORD
 from drillrig_env.seeds import EVALUATION_SEEDS, TUNING_SEEDS
 
@@ -46,3 +47,83 @@ def test_an_entry_takes_the_place_of_an_earlier_one_for_the_same_sensors(tmp_pat
 def test_a_controller_without_gains_is_refused():
     with pytest.raises(ValueError, match=r"'constant' has no gains to tune; .*allowed: .*z_torque"):
         search("constant", ["state"], [tuning_suite("default", 2)], budget=10)
+
+
+FEW = ["soft_torque", "--suites", "default", "--rigs", "6", "--check", "6", "--budget", "24"]
+
+
+def record(path):
+    return [{**entry, "date": None} for entry in json.loads(path.read_text(encoding="utf-8"))]
+
+
+def test_a_stopped_search_goes_on_to_the_same_end_bit_for_bit(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(FEW) == 0
+    uncut = record(tmp_path / "tuned.json")
+    assert "tuned.tries.json" not in [path.name for path in tmp_path.iterdir()]
+    told = capsys.readouterr().out
+    assert "soft_torque: 20 of about 24 tries" in told
+    assert str(tmp_path / "tuned.json") in told
+    measured = []
+
+    def stopped(*given):
+        if len(measured) == 15:
+            raise KeyboardInterrupt
+        measured.append(given)
+        return measure(*given)
+
+    with monkeypatch.context() as cut:
+        cut.setattr("baselines.tune.measure", stopped)
+        assert main([*FEW, "--output", "cut.json"]) == 130
+    assert "cut.tries.json keeps 15 of about 24 tries; to go on, add --resume" in capsys.readouterr().err
+    assert not (tmp_path / "cut.json").exists()
+    measured.clear()
+    monkeypatch.setattr("baselines.tune.measure", lambda *given: measured.append(given) or measure(*given))
+    assert main([*FEW, "--output", "cut.json", "--resume"]) == 0
+    assert record(tmp_path / "cut.json") == uncut
+    assert len(measured) < 24
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--budget", "0"], "argument --budget: '0' is not allowed; allowed: whole, >= 1"),
+        (["--rigs", "0"], "argument --rigs: '0' is not allowed"),
+        (["--first-seed", "0"], "first seed = 0"),
+        (["--resume"], "there is no search to go on with: tuned.tries.json is missing"),
+        (["--output", "mine.json"], "mine.json is no record of tuning"),
+        (["--budge", "3"], "did you mean --budget?"),
+    ],
+)
+def test_mistakes_are_explained_before_any_work(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("baselines.tune.measure", lambda *_: pytest.fail("tried"))
+    (tmp_path / "mine.json").write_text("{")
+    with pytest.raises(SystemExit) as end:
+        main([*FEW, *arguments])
+    assert end.value.code == 2
+    said = capsys.readouterr().err
+    assert said.startswith("python -m baselines.tune: error: ")
+    assert message in said
+
+
+def test_a_search_does_not_run_over_another_that_was_stopped(tmp_path):
+    path = tmp_path / "tuned.tries.json"
+    tries = Tries(path, {"seed": 0})
+    assert tries.worth([1.0, 0.1], lambda: 0.5) == 0.5
+    with pytest.raises(ValueError, match=r"tuned\.tries\.json holds a search that was stopped; go on with --resume"):
+        Tries(path, {"seed": 0})
+    with pytest.raises(ValueError, match="of a search with seed = 0, not 1"):
+        Tries(path, {"seed": 1}, resume=True)
+    again = Tries(path, {"seed": 0}, resume=True)
+    assert again.worth([1.0, 0.1], lambda: pytest.fail("run again")) == 0.5
+    with pytest.raises(ValueError, match="another version: try 1 differs"):
+        Tries(path, {"seed": 0}, resume=True).worth([2.0, 0.1], lambda: 0.0)
+    path.write_text(path.read_text()[:20])
+    with pytest.raises(ValueError, match=r"tuned\.tries\.json is damaged: .*; remove it to begin again"):
+        Tries(path, {"seed": 0}, resume=True)
+
+
+def test_a_search_without_tries_is_refused():
+    with pytest.raises(ValueError, match="budget = 0 tries is not allowed; allowed: >= 1"):
+        search("soft_torque", ["state"], [tuning_suite("default", 2)], budget=0)

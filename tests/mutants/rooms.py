@@ -59,7 +59,7 @@ _BESIDE = {
     "drillrig_env/env/kernel.py": ("tests/env/test_core.py", "tests/env/test_sensors.py"),
     "drillrig_env/env/reward.py": ("tests/env/test_core.py",),
     "drillrig_env/env/sb3.py": ("tests/env/test_variants.py",),
-    "drillrig_env/env/single.py": ("tests/env/test_variants.py",),
+    "drillrig_env/env/single.py": ("tests/env/test_variants.py", "tests/env/test_forms.py"),
     "drillrig_env/env/vector.py": ("tests/env/test_variants.py",),
     "drillrig_env/stability/bifurcation.py": ("tests/stability/test_orbits.py",),
     "drillrig_env/stability/limit_cycle.py": ("tests/stability/test_orbits.py",),
@@ -67,9 +67,13 @@ _BESIDE = {
     "drillrig_env/stepper/collocation.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/stepper/kinks.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/friction/exponential.py": ("tests/test_friction.py",),
-    "baselines/baseline.py": ("tests/baselines/test_baselines.py",),
-    "baselines/linear_rig.py": ("tests/baselines/test_lqg.py",),
-    "baselines/startup_plan.py": ("tests/baselines/test_feed_forward_start.py",),
+    "baselines/constant.py": ("tests/baselines/test_laws.py",),
+    "baselines/feed_forward_start.py": ("tests/baselines/test_laws.py",),
+    "baselines/jump_ease_estimated.py": ("tests/baselines/test_laws.py", "tests/baselines/test_jump_ease.py"),
+    "baselines/mppi.py": ("tests/baselines/test_laws.py",),
+    "baselines/soft_torque.py": ("tests/baselines/test_laws.py",),
+    "baselines/speed_pulse.py": ("tests/baselines/test_laws.py",),
+    "baselines/z_torque.py": ("tests/baselines/test_laws.py",),
 }
 """Tests for a file that do not have its name."""
 

@@ -20,13 +20,16 @@ def test_samples_are_the_start_and_every_whole_period(duration, period, samples)
     assert states.shape == (3, samples, 7)
 
 
-@pytest.mark.parametrize("period", [0.05, 0.1, 0.3, 0.7, 1.1])
-def test_sample_periods_beyond_the_longest_step_are_cut_into_the_fewest_equal_parts(period):
-    """As one rig alone, and as steps of at most 0.1 s: 11 of them for 1.1 s, though 1.1 / 0.1 is above 11."""
+@pytest.mark.parametrize(
+    ("period", "parts"),
+    [(0.05, 1), (0.1, 1), (0.1 + 0.2, 3), (1 / 3, 4), (0.7, 7), (1.1, 11), (0.1 * (1 + 1e-12), 1), (0.1 + 1e-10, 2)],
+)
+def test_sample_periods_beyond_the_longest_step_are_cut_into_the_fewest_equal_parts(period, parts):
+    """As one rig alone, bit for bit; 0.1 + 0.2 is above 0.3 by rounding alone, and takes three steps of 0.1 s."""
     batch = simulate_batch(None, Friction(FORCES), speed_reference=3.0, duration=3 * period, sample_period=period)
-    parts = round(period / 0.1) or 1
     start = np.broadcast_to(frictionless_state(Rig(), 0.0), (3, 7))
-    fine = advance_batch(Rig(), Friction(FORCES), start, 3.0, period=period / parts, periods=3 * parts, every=parts)
+    step = float(np.round(period, 10)) / parts
+    fine = advance_batch(Rig(), Friction(FORCES), start, 3.0, period=step, periods=3 * parts, every=parts)
     np.testing.assert_array_equal(batch[:, 1:], fine)
     alone = simulate(None, Friction(20.0), speed_reference=3.0, duration=3 * period, sample_period=period)
     np.testing.assert_array_equal(batch[1], alone.state)
