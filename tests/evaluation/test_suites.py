@@ -94,3 +94,9 @@ def test_unknown_suite_is_refused():
         suite("defaults")
     with pytest.raises(ValueError, match="rigs = 0"):
         suite("default", 0)
+
+
+@pytest.mark.parametrize("make", [one for name, one in SUITES.items() if name != "chapter"])
+def test_suites_that_are_drawn_have_a_thousand_rigs_unless_told(make):
+    assert make().rigs == 1000
+    assert make(7).rigs == 7
