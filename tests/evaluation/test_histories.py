@@ -1,6 +1,9 @@
 """Histories: which rigs are kept, and that they come back as they were."""
 
+import io
+
 import numpy as np
+import pytest
 
 from drillrig_env.evaluation.histories import Histories, times, typical_rigs
 
@@ -37,3 +40,11 @@ def test_a_typical_rig_is_the_one_of_median_hardness():
 
 def test_times_are_the_ends_of_control_steps():
     np.testing.assert_allclose(times({"average": np.zeros(3, np.float32)}), [0.1, 0.2, 0.3])
+
+
+def test_file_with_pickled_objects_is_refused():
+    """Loading a pickle executes what is in it; histories are numbers only."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **{"default|a|below": np.array([{}], dtype=object)})
+    with pytest.raises(ValueError, match="pickle"):
+        Histories.unpacked(buffer.getvalue())
