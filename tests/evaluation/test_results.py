@@ -4,6 +4,7 @@ import csv
 import io
 import json
 
+import numpy as np
 import pytest
 
 from drillrig_env.evaluation.report import rows
@@ -52,3 +53,14 @@ def test_stored_estimates_read_as_they_were(comparison):
     results, _ = comparison
     for policy, row in rows(results.scores["default"]).items():
         assert str(stored_row(as_json(results.estimates)["default"][policy]["main"])) == str(row)
+
+
+def test_suites_are_put_into_their_own_order_and_policies_into_the_one_that_is_given():
+    results, scores = Results(), {"seed": np.array(["", ""]), "episode": np.arange(2), "cost": np.ones(2)}
+    for suite in ("mine", "wide", "default"):
+        for policy in ("b", "c", "a"):
+            results.add(suite, policy, scores)
+    results.arrange(["a", "b"])
+    assert list(results.scores) == ["default", "wide", "mine"]
+    assert [list(policies) for policies in results.scores.values()] == [["a", "b", "c"]] * 3
+    assert results.policies == ["a", "b", "c"]
