@@ -8,6 +8,7 @@ from gymnasium.envs.registration import EnvSpec
 from baselines import Constant
 from drillrig_env import Friction, Rig, simulate, simulate_batch
 from drillrig_env.calibrate.measured import Measurement, reproduce
+from drillrig_env.stability import critical_speed, fold_speed, stick_slip_orbit
 
 
 def test_default_is_the_chapters_rig_with_unit_and_source_for_every_parameter():
@@ -137,6 +138,9 @@ def test_a_rig_of_ones_own_is_taken_everywhere(given, tmp_path):
     assert gymnasium.make("DrillRig-v0", rig=value).unwrapped.core.rig == rig
     assert gymnasium.make_vec("DrillRig-v0", num_envs=2, rig=value).core.rig == rig
     assert Constant(rig=value).rig == rig
+    assert critical_speed(value, {"normal_force": 20.0}) == critical_speed(rig, Friction(20.0))
+    assert fold_speed(value, None) == fold_speed(rig, Friction())
+    assert stick_slip_orbit(value, None, 1.5).period == stick_slip_orbit(rig, Friction(), 1.5).period
     measurement = Measurement(np.linspace(0.0, 1.0, 5), {"bit_speed": np.zeros(5)})
     mine, same = (reproduce(measurement, r, speed_reference=2.0)["bit_speed"] for r in (value, rig))
     assert mine.tolist() == same.tolist()

@@ -1,4 +1,7 @@
-"""What the equations promise: equilibria, periodic orbits, and the speeds at which behaviour changes."""
+"""What the equations promise: equilibria, periodic orbits, and the speeds at which behaviour changes.
+
+Functions take the rig and the friction as `Rig.of` and `Friction.of` do: a record, a dictionary of changes, a file.
+"""
 
 from drillrig_env.stability.bifurcation import (
     Branch,

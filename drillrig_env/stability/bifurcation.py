@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import POSITIVE, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
@@ -92,12 +92,13 @@ class Diagram:
 
 
 def bifurcation_diagram(
-    rig: Rig, friction: Friction, points: int = 120, speeds: tuple[float, float] = (0.02, 5.0)
+    rig: RigLike, friction: FrictionLike, points: int = 120, speeds: tuple[float, float] = (0.02, 5.0)
 ) -> Diagram:
     """The diagram of figures 4.12 and 4.13: `points` orbits on either branch, equilibria over `speeds` (rad/s).
 
     Raises `ValueError` for fewer than 2 points or an impossible range.
     """
+    rig, friction = Rig.of(rig), Friction.of(friction)
     if points < 2:
         raise refuse("bifurcation_diagram", "points", points, "", ">= 2")
     if not POSITIVE.holds(np.array(speeds)) or speeds[0] >= speeds[1]:
@@ -156,13 +157,15 @@ def slipping_branch(rig: Rig, friction: Friction, points: int = 120) -> Branch:
     )
 
 
-def force_diagram(rig: Rig, friction: Friction, speed_reference: float, points: int = 60) -> tuple[Branch, Branch]:
+def force_diagram(
+    rig: RigLike, friction: FrictionLike, speed_reference: float, points: int = 60
+) -> tuple[Branch, Branch]:
     """p1 and p2 over the normal force at one speed reference (rad/s); `friction`'s own N_1 is the largest.
 
     p2 runs from the N_1 at which `speed_reference` is the fold up to that at which it is the critical
     speed; p1 begins at the former. Raises `NoOrbitError` where the largest N_1 brings no stick-slip.
     """
-    friction = friction.single()
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
     largest = float(friction.normal_force)
     fold = float(fold_speed(rig, friction))
     if not speed_reference < fold:
@@ -187,8 +190,9 @@ def force_diagram(rig: Rig, friction: Friction, speed_reference: float, points: 
     return p1, p2
 
 
-def hopf_and_fold_curves(rig: Rig, friction: Friction, normal_forces: FloatArray) -> dict[str, FloatArray]:
+def hopf_and_fold_curves(rig: RigLike, friction: FrictionLike, normal_forces: FloatArray) -> dict[str, FloatArray]:
     """Two-parameter curves: critical speed and fold (rad/s; NaN: none) over the normal force (N)."""
+    rig, friction = Rig.of(rig), Friction.of(friction)
     frictions = replace(friction, normal_force=np.asarray(normal_forces, dtype=float))
     return {
         "normal_force": np.asarray(normal_forces, dtype=float),

@@ -18,9 +18,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import friction_input, jacobian, steady_state
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.hurwitz import critical_slope, critical_speed, eigenvalues, is_stable
 
 EQUILIBRIUM = np.dtype(
@@ -60,12 +60,12 @@ class HopfPoint:
         return "subcritical" if self.lyapunov_coefficient > 0 else "supercritical"
 
 
-def equilibria(rig: Rig, friction: Friction, speeds: FloatArray) -> npt.NDArray[np.void]:
+def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.NDArray[np.void]:
     """Steady rotation at each speed reference (rad/s, > 0), as records of EQUILIBRIUM.
 
     e1 lies below the critical speed and e2 above it.
     """
-    friction = friction.single()
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
     points = np.zeros(len(speeds), dtype=EQUILIBRIUM)
     border = float(critical_speed(rig, friction))
     for point, speed in zip(points, speeds, strict=True):
@@ -79,9 +79,9 @@ def equilibria(rig: Rig, friction: Friction, speeds: FloatArray) -> npt.NDArray[
     return points
 
 
-def hopf_points(rig: Rig, friction: Friction) -> list[HopfPoint]:
+def hopf_points(rig: RigLike, friction: FrictionLike) -> list[HopfPoint]:
     """H1 and H2 of one friction; empty where every speed is stable."""
-    friction = friction.single()
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
     border = float(critical_speed(rig, friction))
     if not rig.omega_s < border < np.inf:
         return []

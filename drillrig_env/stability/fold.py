@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
 
 _DEPTHS = (12.0, 20.0)
 
 
-def fold_speed(rig: Rig, friction: Friction) -> Quantity:
+def fold_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     """Speed reference (rad/s) at which the stick-slip branch p1 ends; above it only calm rotation is left.
 
     Between the critical speed and this one a rig can do either: a sticking rig is freed for certain
@@ -24,6 +24,7 @@ def fold_speed(rig: Rig, friction: Friction) -> Quantity:
     It is the speed of the grazing orbit, at which p1 and p2 meet, exact to 1e-7 rad/s; the true
     turning point lies about 1e-6 rad/s above it.
     """
+    rig, friction = Rig.of(rig), Friction.of(friction)
     load = load_of(rig, friction)
     bistable = np.asarray(critical_speed(rig, friction)) > rig.omega_s
     depth = family_for(rig, friction).grazing_depth(load)
@@ -53,12 +54,13 @@ def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
     raise refuse("fold_speed", "N_1 r_1 (mu_s - mu_k) v_b", drop, "N m s/rad", f"<= {float(np.exp(largest)):.3g}")
 
 
-def basin_depth(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
+def basin_depth(rig: RigLike, friction: FrictionLike, speed_reference: Quantity) -> FloatArray:
     """How far below its mean (rad/s) the bit speed may swing at a speed reference before stick-slip takes over.
 
     The swing of the unstable orbit p2, which parts calm rotation from stick-slip: 0 at the critical
     speed and below. Shapes broadcast.
     """
+    rig, friction = Rig.of(rig), Friction.of(friction)
     load = load_of(rig, friction)
     log_gain = load + np.asarray(friction.v_b) * (rig.omega_s - np.asarray(speed_reference))
     return np.asarray(family_for(rig, friction).depth_of_gain(log_gain) / friction.v_b)

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import jacobian
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 
 _SLOPE_SCALE = 0.1  # N m s/rad; slopes of order 0.01 to 0.1 are where minors change sign
 
@@ -80,12 +80,13 @@ def critical_slope(rig: Rig) -> float:
     return float(real.max())
 
 
-def critical_speed(rig: Rig, friction: Friction) -> Quantity:
+def critical_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     """omega_c, the Hopf point (rad/s): steady rotation is unstable below and stable above.
 
     Where the slope of (4-7) equals Delta T_r,min, in closed form. 0 where friction falls so slowly
     that every speed is stable; infinite where no speed is. One entry a rig for a batch of frictions.
     """
+    rig, friction = Rig.of(rig), Friction.of(friction)
     slope_at_rest = (
         np.asarray(friction.normal_force) * rig.r_1 * (np.asarray(friction.mu_s) - friction.mu_k) * friction.v_b
     )
@@ -97,12 +98,14 @@ def critical_speed(rig: Rig, friction: Friction) -> Quantity:
     return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
 
 
-def eigenvalues(rig: Rig, friction: Friction, speed: float) -> np.ndarray:
+def eigenvalues(rig: RigLike, friction: FrictionLike, speed: float) -> np.ndarray:
     """The 7 eigenvalues (1/s) of the Jacobian (4-19) at steady rotation with `speed` (rad/s), by real part."""
+    rig, friction = Rig.of(rig), Friction.of(friction)
     values = np.linalg.eigvals(jacobian(rig, float(friction.slope(rig, speed))))
     return values[np.argsort(-values.real)]
 
 
-def is_stable(rig: Rig, friction: Friction, speed: float) -> bool:
+def is_stable(rig: RigLike, friction: FrictionLike, speed: float) -> bool:
     """Whether steady rotation at `speed` (rad/s) is locally stable: all Hurwitz minors are positive."""
+    rig, friction = Rig.of(rig), Friction.of(friction)
     return bool(np.all(hurwitz_minors(rig, float(friction.slope(rig, speed))) > 0))

@@ -10,10 +10,10 @@ import numpy.typing as npt
 from scipy.optimize import brentq
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import friction_input, frictionless_state, jacobian, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.return_map import flow, next_crossings
@@ -81,14 +81,14 @@ class PeriodicOrbit:
 
 
 def stick_slip_orbit(
-    rig: Rig, friction: Friction, speed_reference: float, guess: FloatArray | None = None
+    rig: RigLike, friction: FrictionLike, speed_reference: float, guess: FloatArray | None = None
 ) -> PeriodicOrbit:
     """The stick-slip orbit p1, by shooting on the fast stepper; `guess` is a state near its section point.
 
     Raises `NoOrbitError` where the rig does not stick and slip, `ValueError` for a speed reference
     that is not positive.
     """
-    friction = friction.single()
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)
     x = wound_up(rig, friction, speed_reference).reshape(1, 7) if guess is None else np.array(guess, dtype=float)[None]
     for _ in range(1 if guess is not None else _SETTLING_RETURNS):
@@ -111,12 +111,12 @@ def stick_slip_orbit(
     return orbit
 
 
-def slipping_orbit(rig: Rig, friction: Friction, speed_reference: float) -> PeriodicOrbit:
+def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float) -> PeriodicOrbit:
     """The unstable orbit p2, which never sticks, between the critical speed and the fold.
 
     Raises `NoOrbitError` outside that range, which the message states.
     """
-    friction = friction.single()
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)
     hopf, fold = float(critical_speed(rig, friction)), float(fold_speed(rig, friction))
     if not hopf < speed_reference <= fold:

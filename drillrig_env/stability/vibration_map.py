@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Friction
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.fold import fold_speed
 from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stepper.batch import advance_batch
@@ -40,8 +40,9 @@ class VibrationMap:
     region: npt.NDArray[np.int64]
 
 
-def region_map(rig: Rig, friction: Friction, speeds: FloatArray, forces: FloatArray) -> VibrationMap:
+def region_map(rig: RigLike, friction: FrictionLike, speeds: FloatArray, forces: FloatArray) -> VibrationMap:
     """The map by the curves: vibrating below the critical speed, bistable up to the fold, calm above."""
+    rig, friction = Rig.of(rig), Friction.of(friction)
     frictions = replace(friction, normal_force=np.asarray(forces, dtype=float))
     border = np.asarray(critical_speed(rig, frictions))[:, None]
     fold = np.nan_to_num(np.asarray(fold_speed(rig, frictions)), nan=0.0)[:, None]
@@ -78,8 +79,8 @@ def simulated_map(
 
 
 def load_step_margin(
-    rig: Rig,
-    friction: Friction,
+    rig: RigLike,
+    friction: FrictionLike,
     speeds: FloatArray,
     forces: FloatArray,
     largest_step: float = 60.0,
@@ -93,6 +94,7 @@ def load_step_margin(
     found by halving to `largest_step` / 2^`halvings`. 0 where the point itself vibrates; infinite where
     even `largest_step` does no harm.
     """
+    rig, friction = Rig.of(rig), Friction.of(friction)
     _check_grid(speeds, forces)
     if not POSITIVE.holds(largest_step):
         raise refuse("load_step_margin", "largest_step", largest_step, "N", POSITIVE)
