@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, Literal, TypeVar
 
 import numba
 
-from drillrig_env.jit.stamp import stamp_of
+from drillrig_env.jit.announcement import announce_compilation
+from drillrig_env.jit.cache import cached
+
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+    raise ImportError(
+        "NUMBA_DISABLE_JIT is set, and drillrig_env cannot run without compiled kernels: they work on vectors of the "
+        "processor, which Python has not; unset it"
+    )
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
@@ -46,20 +52,7 @@ def _compile(function: F, inline: Literal["never", "always"]) -> F:
     def compiler(cache: bool) -> Any:
         return numba.njit(cache=cache, nogil=True, error_model="numpy", inline=inline)(function)
 
-    try:
-        dispatcher = compiler(cache=True)
-    except RuntimeError:  # neither the package's folder nor the user's may be written to
-        _warn_of_no_cache()
-        return compiler(cache=False)  # type: ignore[no-any-return]
-    cache_file = dispatcher._cache._cache_file
-    cache_file._source_stamp = stamp_of(function.__code__.co_filename)
-    return dispatcher  # type: ignore[no-any-return]
+    return cached(compiler, function.__code__.co_filename)  # type: ignore[no-any-return]
 
 
-@lru_cache(maxsize=1)
-def _warn_of_no_cache() -> None:
-    warnings.warn(
-        "drillrig_env finds no folder to keep its machine code in and compiles it anew in every process, some 20 s; "
-        "name a folder that can be written to in the environment variable NUMBA_CACHE_DIR",
-        stacklevel=2,
-    )
+announce_compilation(__name__.partition(".")[0])
