@@ -17,7 +17,8 @@ import numpy as np
 
 from drillrig_env import Friction, Rig
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.friction import Contact, torque_in_zone, zone_of
+from drillrig_env.friction import Contact
+from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.reference import radau
 

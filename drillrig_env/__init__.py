@@ -10,24 +10,24 @@ env = gym.make("DrillRig-v0")
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from drillrig_env import stability
-from drillrig_env.drive import Drive
 from drillrig_env.env.registration import ENVIRONMENTS, register_envs
-from drillrig_env.env.reward import Reward
-from drillrig_env.env.scenario import STARTS, Scenario
-from drillrig_env.env.sensors import observation_table
-from drillrig_env.env.task import Task
-from drillrig_env.friction import Friction
 from drillrig_env.moved import keep_former_names
-from drillrig_env.parameters import closest
-from drillrig_env.rig import Rig
-from drillrig_env.simulation import Simulation, simulate
-from drillrig_env.stepper.batch import simulate_batch
 
 if TYPE_CHECKING:
+    from drillrig_env import stability
+    from drillrig_env.drive import Drive
+    from drillrig_env.env.reward import Reward
     from drillrig_env.env.sb3 import DrillRigVecEnv
+    from drillrig_env.env.scenario import STARTS, Scenario
+    from drillrig_env.env.sensors import observation_table
+    from drillrig_env.env.task import Task
+    from drillrig_env.friction import Friction
+    from drillrig_env.rig import Rig
+    from drillrig_env.simulation import Simulation, simulate
+    from drillrig_env.stepper.batch import simulate_batch
 
 __version__ = "0.2.0"
 
@@ -49,6 +49,35 @@ __all__ = [
     "stability",
 ]
 
+_PLACES = {
+    "Drive": "drillrig_env.drive",
+    "Friction": "drillrig_env.friction",
+    "Reward": "drillrig_env.env.reward",
+    "Rig": "drillrig_env.rig",
+    "STARTS": "drillrig_env.env.scenario",
+    "Scenario": "drillrig_env.env.scenario",
+    "Simulation": "drillrig_env.simulation",
+    "Task": "drillrig_env.env.task",
+    "observation_table": "drillrig_env.env.sensors",
+    "simulate": "drillrig_env.simulation",
+    "simulate_batch": "drillrig_env.stepper.batch",
+    "stability": "drillrig_env.stability",
+}
+"""Where public names come from; each is loaded when it is first used."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module = import_module(_PLACES[name])
+    value = getattr(module, name, module)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PLACES})
+
 
 def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig-v0", **kwargs: Any) -> DrillRigVecEnv:
     """A Stable-Baselines3 `VecEnv` of `num_envs` rigs of an environment; `kwargs` as for the environment.
@@ -59,6 +88,8 @@ def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig
     Raises `ValueError` for an unknown environment. Needs the extra `agents`; without it, an
     `ImportError` that says what to install.
     """
+    from drillrig_env.parameters import closest
+
     if env_id not in ENVIRONMENTS:
         raise ValueError(f"environment {env_id!r} is not known; {closest(env_id, ENVIRONMENTS)}")
     from drillrig_env.env.sb3 import DrillRigVecEnv

@@ -18,15 +18,18 @@ class _FormerName(Loader):
 
     def __init__(self, former: str, name: str) -> None:
         self.former, self.name = former, name
+        self.own_spec: ModuleSpec | None = None
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """The module under its name of today."""
         warnings.warn(f"{self.former} is now {self.name}", DeprecationWarning, stacklevel=2)
-        return importlib.import_module(self.name)
+        module = importlib.import_module(self.name)
+        self.own_spec = module.__spec__
+        return module
 
     def exec_module(self, module: ModuleType) -> None:
         """Nothing: the module has been executed under its own name. It keeps its own spec."""
-        module.__spec__ = find_spec(self.name)
+        module.__spec__ = self.own_spec
         sys.modules[self.former] = module
 
     def get_code(self, fullname: str) -> CodeType | None:

@@ -9,7 +9,8 @@ import numpy as np
 from scipy.integrate import ode, solve_ivp
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import Contact, Friction, torque_in_zone, zone_of
+from drillrig_env.friction import Contact, Friction
+from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.rig import Rig
 

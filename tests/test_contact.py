@@ -3,7 +3,8 @@
 import numpy as np
 
 from drillrig_env import Friction, Rig
-from drillrig_env.friction import CONTACT, Contact, contacts_of, press, torque_in_zone, zone_of
+from drillrig_env.friction import CONTACT, Contact
+from drillrig_env.friction.law import contacts_of, press, torque_in_zone, zone_of
 
 RIG = Rig(r_1=0.05, omega_s=2e-3)
 

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.case import ONE_RIG, RIG, START, slip_torque, stick_torque
 from benchmarks.peers.peer import Library, Peer, Run, Setting
 from drillrig_env.arrays import FloatArray
-from drillrig_env.friction import zone_of
+from drillrig_env.friction.law import zone_of
 from drillrig_env.model import state_equations
 
 LIBRARY = Library("heyoka", "heyoka", "heyoka")

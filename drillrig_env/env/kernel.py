@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Record, Records
-from drillrig_env.env.reward import reward_terms, update_statistics
+from drillrig_env.env.reward_kernel import reward_terms, update_statistics
 from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
-from drillrig_env.friction import press
+from drillrig_env.friction.law import press
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.propagator import WORKSPACE, advance
 from drillrig_env.stepper.tables import SAMPLES, STATE, UNITS, from_equilibrium, to_states

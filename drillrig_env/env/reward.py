@@ -14,12 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import sqrt
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from drillrig_env.allowed import Allowed, Choice
-from drillrig_env.jit.compiled import inlined
 from drillrig_env.parameters import check_fields, parameter
 from drillrig_env.toml import record_of
 
@@ -60,34 +58,3 @@ class Reward:
 
 RewardLike: TypeAlias = Reward | Mapping[str, Any] | str | Path | None
 """What `Reward.of` takes."""
-
-
-@inlined
-def update_statistics(mean: float, variance: float, bit_speed: float, gain: float) -> tuple[float, float]:
-    """Running mean and variance after one more sample; `gain` = 1 - exp(-sample period / time constant)."""
-    deviation = bit_speed - mean
-    step = gain * deviation
-    return mean + step, (1.0 - gain) * (variance + deviation * step)
-
-
-@inlined
-def reward_terms(
-    mean: float,
-    variance: float,
-    target: float,
-    action: float,
-    variance_weight: float,
-    tracking_weight: float,
-    action_weight: float,
-    deviation: bool,
-    absolute: bool,
-) -> tuple[float, float, float]:
-    """The three terms of the reward, each zero or negative; with the standard `deviation`, the `absolute` error."""
-    error = (mean - target) / target
-    swing = variance / (target * target)
-    tracking = abs(error) if absolute else error * error
-    return (
-        -variance_weight * (sqrt(swing) if deviation else swing),
-        -tracking_weight * tracking,
-        -action_weight * action * action,
-    )

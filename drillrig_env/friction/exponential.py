@@ -13,16 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import exp
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from drillrig_env.allowed import OneARig
-from drillrig_env.arrays import FloatArray, Quantity, Record, Records
-from drillrig_env.friction.contact import contacts_of
-from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, describe, parameter, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.toml import read_section, record_of, write_section
@@ -78,6 +75,8 @@ class Friction:
 
         `speed_reference` (rad/s) is one number, or one entry a rig.
         """
+        from drillrig_env.friction.law import contacts_of
+
         normal_force, mu_s, mu_k, v_b = self.as_array(rigs).T
         return contacts_of(rig, normal_force, mu_s, mu_k, v_b, speed_reference)
 
@@ -98,10 +97,12 @@ class Friction:
         return float(torque) if np.ndim(torque) == 0 else np.asarray(torque)
 
     def _evaluate(self, rig: Rig, bit_speed: Quantity) -> tuple[Quantity, Quantity]:
+        from drillrig_env.friction.law import contacts_of, law_over
+
         contacts = contacts_of(rig, self.normal_force, self.mu_s, self.mu_k, self.v_b)
         x_3, contacts = np.broadcast_arrays(np.asarray(bit_speed, dtype=float), contacts)
         torque, slope = np.empty(x_3.shape), np.empty(x_3.shape)
-        _law_over(np.array(x_3).ravel(), np.array(contacts).ravel(), torque.reshape(-1), slope.reshape(-1))
+        law_over(np.array(x_3).ravel(), np.array(contacts).ravel(), torque.reshape(-1), slope.reshape(-1))
         return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
 
     def describe(self) -> str:
@@ -128,33 +129,3 @@ class Friction:
 
 FrictionLike: TypeAlias = Friction | Mapping[str, Any] | str | Path | None
 """What `Friction.of` takes."""
-
-
-@inlined
-def zone_of(x_3: float, omega_s: float) -> int:
-    """The piece of (4-9) that holds at x_3: 0 stick, 1 slip forwards, -1 slip backwards."""
-    if x_3 >= omega_s:
-        return 1
-    if x_3 <= -omega_s:
-        return -1
-    return 0
-
-
-@inlined
-def torque_in_zone(zone: int, x_3: float, contact: Record) -> tuple[float, float]:
-    """Torque and slope of one piece of (4-9) for a `Contact` or a record of it, continued smoothly beyond its zone.
-
-    The smooth continuation lets an integrator reach past the kink and then say where it was crossed.
-    """
-    if zone == 0:
-        slope = contact.static / contact.omega_s
-        return slope * x_3, slope
-    decaying = (contact.static - contact.kinetic) * exp(-contact.v_b * zone * x_3)
-    return zone * (contact.kinetic + decaying), -contact.v_b * decaying
-
-
-@compiled
-def _law_over(x_3: FloatArray, contacts: Records, torque: FloatArray, slope: FloatArray) -> None:
-    for i in range(x_3.size):
-        contact = contacts[i]
-        torque[i], slope[i] = torque_in_zone(zone_of(x_3[i], contact.omega_s), x_3[i], contact)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Record, Records
-from drillrig_env.friction import Friction, torque_in_zone, zone_of
+from drillrig_env.friction import Friction
+from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Record
-from drillrig_env.friction import CONTACT, torque_in_zone
+from drillrig_env.friction import CONTACT
+from drillrig_env.friction.law import torque_in_zone
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.tables import NODES, POWERS_FROM_NODES, RADAU_NODES, SAMPLES, STATE

@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import isfinite
 
 from drillrig_env.arrays import FloatArray, Record, Records
-from drillrig_env.friction import zone_of
+from drillrig_env.friction.law import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step
 from drillrig_env.stepper.kinks import step_through_kinks

@@ -21,7 +21,7 @@ from benchmarks.case import (
 from benchmarks.peers import BATCH_PEERS, PEERS, heyoka_taylor
 from benchmarks.peers.peer import Library, settings
 from drillrig_env import simulate, simulate_batch
-from drillrig_env.friction import zone_of
+from drillrig_env.friction.law import zone_of
 from drillrig_env.model import jacobian, state_equations
 
 BIT_SPEEDS = (-3.0, -1.001e-3, -1e-3, -4e-4, 0.0, 9.9e-4, 1e-3, 1.5, 8.0)

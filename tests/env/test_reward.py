@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Reward
-from drillrig_env.env.reward import reward_terms, update_statistics
+from drillrig_env.env.reward_kernel import reward_terms, update_statistics
 
 terms, update = (getattr(kernel, "py_func", kernel) for kernel in (reward_terms, update_statistics))
 
