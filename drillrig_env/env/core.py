@@ -19,7 +19,7 @@ from drillrig_env.env.scenario import STARTS, check_pins
 from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
 from drillrig_env.env.starts import begin_episodes
 from drillrig_env.env.state import EnvironmentState
-from drillrig_env.env.task import CHANGEABLE, Task, TaskLike
+from drillrig_env.env.task import Task, TaskLike
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked
@@ -180,7 +180,9 @@ class EpisodeBatch(PlaysTask):
         self.episodes[:] = state.episodes
         self._past[:] = state.past
         self.observations = state.observations.copy()
-        self.change(**{name: getattr(state.task, name) for name in CHANGEABLE})
+        if state.task is not self._task:  # scenario, reward and slew limit may differ
+            self._task = state.task
+            self._write_settings()
 
     def info(self) -> dict[str, npt.NDArray[Any]]:
         """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""

@@ -182,9 +182,9 @@ class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np
     between several of the same task, at less cost: for search and planning.
 
     ## Version History
-    * v0: initial version. Before the first release on an index, infos became flat: `reward_terms` is now
-      `reward_variance`, `reward_tracking` and `reward_action`; `start` (a number now) and `is_success` are in every
-      info; `drive_gains` is now `drive`; arguments are given by name.
+    * v0: initial version. Since 0.2.0 infos are flat: `reward_variance`, `reward_tracking` and `reward_action` in
+      place of `reward_terms`, and `start` (a number now) and `is_success` in every info; `drive_gains` is now
+      `drive`; arguments are given by name.
     """
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any, Literal, TypeVar
 
 import numba
+import numpy as np
 
 from drillrig_env.jit.announcement import announce_compilation
 from drillrig_env.jit.cache import cached
@@ -35,17 +36,30 @@ def inlined(function: F) -> F:
     return _compile(function, inline="always")
 
 
-def bound(kernel: Callable[..., T], *arguments: Any) -> Callable[[], T]:
+_ENTRY_POINTS: dict[Hashable, Callable[..., Any]] = {}
+"""Compiled code by kernel and kinds of its arguments."""
+
+
+def bound(kernel: Callable[..., T], *arguments: np.ndarray) -> Callable[[], T]:
     """A call of a compiled kernel on these very arrays, again and again.
 
     Numba looks up the types of all arguments at each call: for ten arrays longer than one rig takes for a
-    control step. Here it does so once.
+    control step. Here it does so once, and not again for other arrays of the same kinds.
     """
-    dispatcher: Any = kernel
-    typeof: Any = numba.typeof
-    signature = tuple(typeof(argument) for argument in arguments)
-    dispatcher.compile(signature)
-    return partial(dispatcher.overloads[signature].entry_point, *arguments)
+    kinds = (kernel, *((array.dtype, array.ndim, *_flags(array)) for array in arguments))
+    if kinds not in _ENTRY_POINTS:
+        dispatcher: Any = kernel
+        typeof: Any = numba.typeof
+        signature = tuple(typeof(argument) for argument in arguments)
+        dispatcher.compile(signature)
+        _ENTRY_POINTS[kinds] = dispatcher.overloads[signature].entry_point
+    return partial(_ENTRY_POINTS[kinds], *arguments)
+
+
+def _flags(array: np.ndarray) -> tuple[bool, ...]:
+    """What Numba tells arrays of one dtype and number of dimensions apart by."""
+    flags = array.flags
+    return flags.c_contiguous, flags.f_contiguous, flags.aligned, flags.writeable
 
 
 def _compile(function: F, inline: Literal["never", "always"]) -> F:
