@@ -101,10 +101,12 @@ class GymnasiumForm(PlaysTask):
 def set_for_all(form: PlaysTask, name: str, value: Any) -> None:
     """Set an attribute of the rigs of a vector environment; they share everything but their draws.
 
-    Raises `AttributeError` for what cannot be changed, and for a name that nothing has.
+    Raises `AttributeError` for what cannot be changed, which is all but the task, and for a name that nothing has.
     """
     if name not in TASK_FIELDS and not hasattr(form, name):
         raise AttributeError(f"set_attr: there is no attribute {name!r}; {closest(name, TASK_FIELDS)}")
+    if name not in TASK_FIELDS:
+        raise AttributeError(f"set_attr: {name} cannot be changed; {listed(CHANGEABLE)} can be changed")
     setattr(form, name, value)
 
 

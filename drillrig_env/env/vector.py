@@ -92,7 +92,7 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f"reset_mask of shape {mask.shape} and {mask.dtype}; allowed: ({self.num_envs},) and bool")
         self._begin(np.flatnonzero(mask), pins)
-        return self.core.observations, self._info()
+        return self.core.observations.copy(), self._info()
 
     def step(self, actions: npt.NDArray[np.float32]) -> Step:
         """Step all rigs; `actions` of shape (num_envs, 1), clipped to +-1. NaN is a `ValueError`."""
@@ -119,7 +119,7 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
             }
             self._begin(np.flatnonzero(truncated))
             info = {**self._info(), **final}
-        return core.observations, rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
+        return core.observations.copy(), rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
 
     def get_state(self) -> EnvironmentState:
         """Everything that the coming steps depend on, the random generators included; see `DrillRigEnv.get_state`."""
@@ -180,8 +180,8 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
             self._pictures.begin(rigs)
 
     def _info(self) -> dict[str, Any]:
-        info = self.core.info()
-        return {**info, **{f"_{name}": self._everywhere for name in info}}
+        info, everywhere = self.core.info(), self._everywhere.copy()  # what is given away may be written into
+        return {**info, **{f"_{name}": everywhere for name in info}}
 
 
 def pictures_of(core: EpisodeBatch, render_mode: str | None, memory: list[Any] | None = None) -> RigPictures | None:

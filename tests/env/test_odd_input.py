@@ -77,6 +77,13 @@ def test_options_for_another_number_of_rigs(options):
         drillrig_env.make_sb3(2).set_options(options)
 
 
+@pytest.mark.parametrize("name", ["core", "num_envs", "render_mode", "observation_space"])
+def test_attributes_that_are_no_part_of_the_task(name):
+    for env in (FORMS["vector"](), FORMS["sb3"]()):
+        with pytest.raises(AttributeError, match=f"{name} cannot be changed; scenario, reward and slew_limit"):
+            env.set_attr(name, 3)
+
+
 def test_step_before_the_first_reset(make):
     env = make()
     shape = (1,) if isinstance(env, gym.Env) else (2, 1)

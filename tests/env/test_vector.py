@@ -114,6 +114,24 @@ def test_vector_resets_under_a_mask_when_autoreset_is_off():
         env.step(np.zeros((3, 1), np.float32))
 
 
+def test_what_is_given_away_may_be_written_into():
+    env, other = (vector(duration=0.2, autoreset_mode="Disabled") for _ in range(2))
+    mask = np.array([True, False])
+    seen = []
+    for changed in (env, other):
+        changed.reset(seed=0)
+        observations, _, _, truncated, info = changed.step(np.zeros((2, 1), np.float32))
+        if changed is env:
+            observations[:] = 7.0
+            truncated[:] = True
+            for name in info:
+                info[name][:] = 0
+        seen.append(changed.reset(options={"reset_mask": mask}))
+    np.testing.assert_array_equal(seen[0][0], seen[1][0])
+    for name, values in seen[1][1].items():
+        np.testing.assert_array_equal(seen[0][1][name], values)
+
+
 def test_attributes_and_methods_once_for_each_rig():
     env = vector()
     assert env.get_attr("slew_limit") == (2.0, 2.0)
