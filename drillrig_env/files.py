@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from filelock import FileLock, Timeout
 
 LOCK, OWNER = ".lock", ".owner"
 """Files in a folder that is owned: the lock, which may stay behind and then means nothing, and the owner's number."""
@@ -129,6 +128,8 @@ def owned(folder: str | Path) -> Iterator[None]:
     Raises `BlockingIOError`, naming the folder and the process that has it, where another has it, in this process
     or in any other. The lock is the system's: it ends with its process, however that ends.
     """
+    from filelock import FileLock, Timeout  # it takes its time, and few of those who read files need it
+
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / LOCK)

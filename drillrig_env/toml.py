@@ -8,6 +8,7 @@ from dataclasses import Field, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+from drillrig_env.files import write_text
 from drillrig_env.parameters import checked, closest, default_of, refuse
 
 T = TypeVar("T")
@@ -37,7 +38,7 @@ def record_of(record: type[T], section: str, value: Any) -> T:
 
 def write_section(instance: Any, path: str | Path, section: str) -> None:
     """Write a record of plain numbers as the only table, `[section]`, of a TOML file."""
-    Path(path).write_text(section_text(instance, section), encoding="utf-8")
+    write_text(path, section_text(instance, section))
 
 
 def section_text(instance: Any, section: str) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskID, TextColumn, TimeRemainingColumn
+from rich.table import Column
 from rich.text import Text
 from stable_baselines3.common.callbacks import BaseCallback
 
@@ -44,10 +45,18 @@ def line(numbers: dict[str, Any]) -> str:
     return "  ".join(parts)
 
 
-def bars() -> Progress:
-    """An empty display of bars, one a training."""
-    columns = (TextColumn("{task.description}"), BarColumn(20), TextColumn("{task.percentage:3.0f} %"))
-    return Progress(*columns, Numbers(), TimeRemainingColumn(compact=True), refresh_per_second=2)
+def bars(console: Console | None = None) -> Progress:
+    """An empty display of bars, one a training, each on one line of the console (default: the terminal)."""
+    words = [Column(no_wrap=True, overflow="ellipsis") for _ in range(4)]  # cut, not wrapped, in a narrow terminal
+    return Progress(
+        TextColumn("{task.description}", table_column=words[0]),
+        BarColumn(20),
+        TextColumn("{task.percentage:3.0f} %", table_column=words[1]),
+        Numbers(table_column=words[2]),
+        TimeRemainingColumn(compact=True, table_column=words[3]),
+        refresh_per_second=2,
+        console=console,
+    )
 
 
 def read_progress(folder: Path) -> dict[str, Any]:

@@ -32,6 +32,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.command_line import Parser, command
+from drillrig_env.files import written_whole
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_table
@@ -195,7 +196,9 @@ def write_comparison(path: str | Path, measurement: Measurement, simulated: Mapp
     columns = {"time": measurement.time}
     for name, measured in measurement.signals.items():
         columns |= {name: measured, f"{name}_model": simulated[name]}
-    np.savetxt(path, np.column_stack(list(columns.values())), "%.10g", ",", header=",".join(columns), comments="")
+    table = np.column_stack(list(columns.values()))
+    with written_whole(path) as new:
+        np.savetxt(new, table, "%.10g", ",", header=",".join(columns), comments="")
 
 
 @command

@@ -92,6 +92,10 @@ def _ending(run: Simulation) -> str:
 def _write_csv(run: Simulation, path: Path) -> None:
     import numpy as np
 
+    from drillrig_env.files import written_whole
+
     path.parent.mkdir(parents=True, exist_ok=True)
     signals = run.signals()
-    np.savetxt(path, np.column_stack(list(signals.values())), "%.10g", ",", header=",".join(signals), comments="")
+    table = np.column_stack(list(signals.values()))
+    with written_whole(path) as new:
+        np.savetxt(new, table, "%.10g", ",", header=",".join(signals), comments="")

@@ -28,6 +28,7 @@ from drillrig_env.allowed import Made
 from drillrig_env.command_line import Parser, command
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.extras import missing
+from drillrig_env.files import written_whole
 from drillrig_env.flags import add_fields, add_rig_argument, given_fields
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter
 from drillrig_env.policy import make_policy
@@ -105,7 +106,9 @@ def save(film: Film, path: Path) -> int:
         palette = palette or small.quantize(_COLORS, Image.Quantize.FASTOCTREE)
         pictures.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
     path.parent.mkdir(parents=True, exist_ok=True)
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=film.frame_time, loop=0, optimize=True)
+    more: dict[str, Any] = {"append_images": pictures[1:], "duration": film.frame_time, "loop": 0, "optimize": True}
+    with written_whole(path) as new:
+        pictures[0].save(new, save_all=True, **more)
     return len(pictures)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 
+from drillrig_env.files import write_text
 from drillrig_env.parameters import closest
 from drillrig_env.plots.bifurcations import bistable_region, diagram_at_a_larger_force, diagram_with_orbits
 from drillrig_env.plots.friction_curves import friction_laws, stability_on_the_friction_curve
@@ -94,7 +95,7 @@ def write(
             save(picture, folder, name, formats)
         captions[name] = f"![{name}]({name}.{formats[0]})\n\n{picture.caption}"
         sections = [f"## {known}\n\n{captions[known]}\n" for known in FIGURES if known in captions]
-        (folder / _CAPTIONS).write_text("\n".join(["# Figures\n", *sections]), encoding="utf-8")
+        write_text(folder / _CAPTIONS, "\n".join(["# Figures\n", *sections]))
         yield name
 
 

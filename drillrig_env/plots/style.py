@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.extras import missing
+from drillrig_env.files import written_whole
 
 try:
     from matplotlib import rc_context
@@ -107,7 +108,8 @@ def save(picture: Picture, folder: Path, name: str, formats: Iterable[str]) -> l
     paths = [folder / f"{name}.{suffix}" for suffix in formats]
     for path in paths:
         metadata = {"Date": None} if path.suffix == ".svg" else None
-        picture.figure.savefig(path, dpi=200, metadata=metadata)
+        with written_whole(path) as new:
+            picture.figure.savefig(new, dpi=200, metadata=metadata)
     return paths
 
 
