@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from baselines import Constant, FeedForwardStart, JumpEaseEstimated, SoftTorque, SpeedPulse, ZTorque
-from baselines.mppi import _TIMES, KNOTS, _coloured, _named
+from baselines.mppi import _TIMES, KNOTS, MPPI, _coloured, _named
 from drillrig_env import Friction, Rig
+from drillrig_env.model import STATE_NAMES, steady_state
 from drillrig_env.stability import critical_speed
 
 RIG = Rig()
@@ -162,6 +163,20 @@ def test_estimate_takes_the_largest_torque_while_stuck_and_half_a_step_of_windin
     seen["bit_speed_deviation"] = np.array([0.09])  # below 5 % of the mean: calm
     policy._watch(seen, memory)
     assert memory[0, 3:].tolist() == pytest.approx([0.9, 2.0])
+
+
+def test_longest_delay_is_reckoned_on_with_the_references_since():
+    """In steady rotation at a reference that has not moved for ten steps, it does not matter how late that is seen."""
+    policy, wanted = MPPI(samples=0, threads=1), []
+    x = steady_state(RIG, FRICTION, 4.0)
+    seen = seen_by(policy, **dict(zip(STATE_NAMES, x, strict=True)), speed_reference=4.0, speed_target=4.0)
+    for delay in (0, 10):
+        policy.tell({**TOLD, "delay": delay})
+        memory = np.zeros((1, policy.memory))
+        memory[0, KNOTS], memory[0, KNOTS + 1 :] = 21.0, 4.0
+        wanted.append(policy.desired_reference(seen, TOLD, memory)[0])
+        assert memory[0, KNOTS] == 22.0
+    assert wanted == pytest.approx([4.0, 4.0], abs=1e-6)
 
 
 def test_plans_with_a_name_start_and_end_where_they_say():
