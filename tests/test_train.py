@@ -59,7 +59,7 @@ def refused(capsys, *arguments):
         ("--rig mine.toml", "argument --rig: rig: there is no file mine.toml"),
         ("--sed 3", "unknown argument --sed; did you mean --seed?"),
         ("ppo --algo sac", "--algo sac and ppo contradict each other"),
-        ("pppo", "invalid choice: 'pppo'"),
+        ("pppo", "'pppo' is not known; did you mean ppo?"),
     ],
 )
 def test_mistakes_are_explained_before_anything_is_written(arguments, message, capsys, elsewhere):
