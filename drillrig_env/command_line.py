@@ -99,9 +99,9 @@ def command(main: Callable[P, int | None]) -> Callable[P, int]:
 
     What a stop or a failure keeps, and how to go on, `main` adds as a note to the exception that it lets pass:
 
-    >>> except KeyboardInterrupt as stop:
-    ...     stop.add_note(f"to go on: python train.py --resume {folder}")
-    ...     raise
+        except KeyboardInterrupt as stop:
+            stop.add_note(f"to go on: python train.py --resume {folder}")
+            raise
     """
 
     @wraps(main)

@@ -36,8 +36,8 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     The file to write lies beside `path` and ends like it, as libraries want it. Where the block raises, `path`
     is what it was and nothing is left beside it. A device such as /dev/stdout is written to as it is.
 
-    >>> with written_whole("model.zip") as new:
-    ...     model.save(new)
+        with written_whole("model.zip") as new:
+            model.save(new)
 
     Raises what the block raises, and `OSError` naming `path` where it cannot be written.
     """

@@ -105,7 +105,8 @@ def find_policy(policy: Any) -> PolicySource:
 def make_policy(policy: Any, **context: Any) -> Policy:
     """A policy by name, FILE.py:CLASS, folder, class or object, made for `sensors`, `rig` and `slew_limit`.
 
-    >>> make_policy("lqg", sensors="surface").predict
+    >>> make_policy("lqg", sensors="state").slow
+    False
     """
     return find_policy(policy).make(**context)
 
