@@ -13,6 +13,11 @@ trained agent of the clone, by name), a folder of several runs of one algorithm 
 FILE.py:CLASS. Without names, every installed policy and trained agent competes that can work with the
 environment's sensors, slow ones excepted. A policy that fails is reported, and the others go on. Policies run one after
 another: the rigs of a suite already share all cores.
+
+Results that are there are never written over unasked. The same command again makes the same files again; where
+there is anything that it would not make again it is refused, and --resume keeps that, --overwrite replaces it. Named
+agents bring environment, noise and delay of their training, for everyone alike; where theirs differ, or --env says
+otherwise, everyone meets the standard ones. A line tells of each agent what is not as in its training.
 """
 
 from __future__ import annotations
