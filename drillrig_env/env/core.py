@@ -186,7 +186,7 @@ class EpisodeBatch(PlaysTask):
 
     def info(self) -> dict[str, npt.NDArray[Any]]:
         """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""
-        episodes = self.episodes
+        episodes, ended = self.episodes, self.ended
         return {
             "bit_speed": episodes["state"][:, 2].copy(),
             "top_speed": episodes["state"][:, 4].copy(),
@@ -200,7 +200,7 @@ class EpisodeBatch(PlaysTask):
             "delay": episodes["delay"].copy(),
             "start": episodes["start"].copy(),
             **{f"reward_{name}": episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
-            "is_success": self.ended & self.mitigated,
+            "is_success": ended & self.mitigated if ended.any() else ended,
         }
 
     def starts(self, indices: npt.NDArray[np.intp]) -> list[str]:
