@@ -88,6 +88,15 @@ def test_speed_pulse_is_as_high_as_the_torque_swings_and_as_long_as_it_is_told()
     assert np.diff(begins).min() * 0.1 >= 1.5 / frequency - 0.1
 
 
+def test_speed_pulse_meets_its_phase_within_a_step_and_a_half():
+    policy, due = SpeedPulse(phase=0.3, follow=0.3), []
+    memory, frequency = np.zeros((1, policy.memory)), RIG.string_frequencies[0]
+    for step in range(400):
+        torque = 0.4 + 0.2 * np.cos(2 * np.pi * frequency * 0.1 * step)
+        due.append(policy._listen(twisted(policy, torque), memory, frequency)[1][0])
+    assert np.mean(due[100:]) == pytest.approx(1.5 * 0.1 * frequency, rel=0.05)
+
+
 def test_speed_pulse_lets_a_swing_be_that_is_below_shaking():
     """Amplitude / Z is the bit's swing; up to 10 % of the target it counts as calm."""
     for share, pulses in ((0.09, False), (0.12, True)):
