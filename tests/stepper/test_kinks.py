@@ -25,7 +25,7 @@ def stepped(state, zone):
     """A step of STEP through the kinks: whether it was taken, and the state then."""
     y, states, work = np.zeros(STATE), np.zeros(STATE), np.zeros(1, WORKSPACE)[0]
     from_equilibrium(np.append(state, 0.0), CONTACT, LADDER.shift, y)
-    reach = solve_nodes(y, zone, CONTACT, LADDER.rungs[RUNG], work, True)
+    reach = solve_nodes(y, zone, CONTACT, LADDER.rungs[RUNG], work)
     assert reach < 1.0  # there is a kink on the way
     taken = step_through_kinks(y, zone, CONTACT, LADDER.rungs[RUNG], work, reach)
     to_states(y, CONTACT, LADDER.shift, states)
@@ -61,6 +61,6 @@ def test_state_is_left_as_it_was_where_the_step_cannot_be_taken():
     y, work = np.zeros(STATE), np.zeros(1, WORKSPACE)[0]
     from_equilibrium(np.append(state, 0.0), CONTACT, LADDER.shift, y)
     before = y.copy()
-    solve_nodes(y, 1, CONTACT, LADDER.rungs[RUNG], work, True)
+    solve_nodes(y, 1, CONTACT, LADDER.rungs[RUNG], work)
     assert not step_through_kinks(y, 1, CONTACT, LADDER.rungs[RUNG], work, 0.0)
     np.testing.assert_array_equal(y, before)

@@ -100,8 +100,9 @@ def test_tolerance_scales_the_bounds_on_the_errors_of_a_step():
 
 
 def test_tables_are_built_once_and_cannot_be_written():
-    assert ladder(RIG, 0.08) is LADDER
-    for table in (LADDER.rungs, LADDER.sampling, LADDER.shift):
+    built = ladder(RIG, 0.08)
+    assert ladder(RIG, 0.08) is built
+    for table in (built.rungs, built.sampling, built.shift):
         assert not table.flags.writeable
 
 
