@@ -28,7 +28,12 @@ _index_data_file: Any = IndexDataCacheFile  # its type says nothing of what it d
 
 
 class CacheFile(_index_data_file):  # type: ignore[misc]
-    """The cache of one kernel. What is damaged counts as not there; what cannot be written is let be."""
+    """The cache of one kernel. What is damaged counts as not there; what cannot be written is let be.
+
+    Numba numbers the files of machine code, and two processes that compile at once may give one number to two
+    signatures, or to code before and after an edit: then one runs the other's code, on memory of another layout. Here
+    a file's name says what is in it.
+    """
 
     def load(self, key: Any) -> Any:
         """Machine code for a signature, or None where there is none that is whole."""
@@ -39,8 +44,11 @@ class CacheFile(_index_data_file):  # type: ignore[misc]
 
     def save(self, key: Any, data: Any) -> None:
         """Keep machine code, if the disk has room for it."""
+        content = hashlib.sha256(repr((key, self._source_stamp, self._version)).encode()).hexdigest()
+        name = f"{self._index_name.removesuffix('.nbi')}.{content[:16]}.nbc"
         try:
-            super().save(key, data)
+            self._save_data(name, data)
+            self._save_index({**self._load_index(), key: name})
         except OSError as error:
             warn_of_no_cache(f"cannot write its machine code to {self._cache_path} ({error.strerror})")
 

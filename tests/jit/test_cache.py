@@ -111,3 +111,19 @@ def test_no_folder_at_all_warns_once_and_works(nowhere, monkeypatch, recwarn):
     for _ in range(2):
         run(compiled(triple))
     assert len([warning for warning in recwarn if "NUMBA_CACHE_DIR" in str(warning.message)]) == 1
+
+
+def test_processes_that_compile_at_once_never_get_each_others_code(tmp_path):
+    now, edited = (cache.CacheFile(str(tmp_path), "kernel", stamp) for stamp in ("now", "edited"))
+    before = cache.CacheFile(str(tmp_path), "kernel", "now")
+    before._load_index = dict  # it looked before anything was there
+    now.save("of floats", "floats")
+    before.save("of records", "records")
+    assert now.load("of records") == "records"
+    assert now.load("of floats") in (None, "floats")
+    now.save("of floats", "floats")
+    held = now._load_index()
+    edited.save("of floats", "floats after an edit")
+    assert now._load_data(held["of floats"]) == "floats"
+    assert now.load("of floats") is None
+    assert edited.load("of floats") == "floats after an edit"
