@@ -25,7 +25,7 @@ RIG, WITHOUT = Rig(T_r2=0.1), Rig()
 
 
 def begun(rig, start, force=20.0, target=2.0, **arguments):
-    core = EpisodeBatch(1, rig, "nominal", **arguments)
+    core = EpisodeBatch(1, rig=rig, scenario="nominal", **arguments)
     pins = {"normal_force": force, "speed_target": target, "start": start}
     core.reset(np.array([0]), first_uniforms(0, 1), pins)
     return core

@@ -15,7 +15,7 @@ from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
-from drillrig_env.stepper.propagator import WORKSPACE, advance
+from drillrig_env.stepper.propagator import advance, workspace
 from drillrig_env.stepper.tables import STATE, UNITS, from_equilibrium, ladder, to_states
 
 _PERIOD = 0.05  # s
@@ -27,7 +27,7 @@ def flow(rig: Rig, friction: Friction, speed_reference: float, states: FloatArra
     contacts = friction.single().contacts(rig, speed_reference)
     matrix, tables = _rates_matrix(rig), ladder(rig, _PERIOD)
     result = np.array(states, dtype=float)
-    _flow(result, time, contacts, matrix, tables.rungs, tables.sampling, tables.shift)
+    _flow(result, time, contacts, matrix, tables.rungs, tables.sampling, tables.shift, workspace())
     return result
 
 
@@ -41,7 +41,7 @@ def next_crossings(
     contacts = friction.single().contacts(rig, speed_reference)
     matrix, tables = _rates_matrix(rig), ladder(rig, _PERIOD)
     result, times = np.array(states, dtype=float), np.empty(len(states))
-    _cross(result, times, contacts, matrix, tables.rungs, tables.sampling, tables.shift)
+    _cross(result, times, contacts, matrix, tables.rungs, tables.sampling, tables.shift, workspace())
     return result, times
 
 
@@ -59,8 +59,9 @@ def _flow(
     rungs: Records,
     sampling: Records,
     shift: Records,
+    works: Records,
 ) -> None:
-    work = np.zeros(1, dtype=WORKSPACE)[0]
+    work = works[0]
     y, contact = work.y, contacts[0]
     periods = int(time / _PERIOD)
     units = int((time - periods * _PERIOD) / _PERIOD * UNITS)
@@ -83,8 +84,9 @@ def _cross(
     rungs: Records,
     sampling: Records,
     shift: Records,
+    works: Records,
 ) -> None:
-    work = np.zeros(1, dtype=WORKSPACE)[0]
+    work = works[0]
     y, before, contact = work.y, np.zeros(STATE), contacts[0]
     for n in range(states.shape[0]):
         from_equilibrium(states[n], contact, shift, y)

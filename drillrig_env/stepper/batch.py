@@ -15,7 +15,7 @@ from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.stepper.propagator import WORKSPACE, advance
+from drillrig_env.stepper.propagator import advance, workspace
 from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE, UNITS, from_equilibrium, ladder, to_states
 
 
@@ -99,6 +99,7 @@ def advance_batch(
             tables.rungs,
             tables.sampling,
             tables.shift,
+            workspace(),
             every,
             result[part],
         )
@@ -116,10 +117,11 @@ def _advance_rigs(
     rungs: Records,
     sampling: Records,
     shift: Records,
+    works: Records,
     every: int,
     result: FloatArray,
 ) -> None:
-    work = np.zeros(1, dtype=WORKSPACE)[0]
+    work = works[0]
     y = work.y
     for n in range(states.shape[0]):
         contact = contacts[n]

@@ -52,6 +52,15 @@ WORKSPACE = np.dtype(
 """
 
 
+def workspace() -> np.ndarray:
+    """Memory for one rig at a time, an array with one WORKSPACE record, to be handed to a kernel.
+
+    A kernel must not make it for itself: to Numba a record is an address in its array, which does not keep the array,
+    so that the memory would be given away while the record is in use.
+    """
+    return np.zeros(1, dtype=WORKSPACE)
+
+
 @compiled
 def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: Record) -> float:
     """Solve a step with one piece of the law; the share of the step over which the solution holds.

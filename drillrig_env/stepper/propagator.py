@@ -14,11 +14,11 @@ from math import isfinite
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.friction.law import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
-from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step
+from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.tables import RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
 
-__all__ = ["WORKSPACE", "advance"]
+__all__ = ["WORKSPACE", "advance", "workspace"]
 
 _SAMPLE_UNITS = UNITS // SAMPLES
 _STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS

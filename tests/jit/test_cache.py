@@ -113,17 +113,28 @@ def test_no_folder_at_all_warns_once_and_works(nowhere, monkeypatch, recwarn):
     assert len([warning for warning in recwarn if "NUMBA_CACHE_DIR" in str(warning.message)]) == 1
 
 
-def test_processes_that_compile_at_once_never_get_each_others_code(tmp_path):
+def test_code_after_an_edit_never_takes_the_place_of_code_that_is_being_loaded(tmp_path):
     now, edited = (cache.CacheFile(str(tmp_path), "kernel", stamp) for stamp in ("now", "edited"))
-    before = cache.CacheFile(str(tmp_path), "kernel", "now")
-    before._load_index = dict  # it looked before anything was there
     now.save("of floats", "floats")
-    before.save("of records", "records")
-    assert now.load("of records") == "records"
-    assert now.load("of floats") in (None, "floats")
-    now.save("of floats", "floats")
-    held = now._load_index()
+    held = now._load_index()["of floats"]
     edited.save("of floats", "floats after an edit")
-    assert now._load_data(held["of floats"]) == "floats"
+    assert now._load_data(held) == "floats"
     assert now.load("of floats") is None
     assert edited.load("of floats") == "floats after an edit"
+
+
+def test_processes_that_compile_at_once_never_get_each_others_code(tmp_path, monkeypatch):
+    first, second = (cache.CacheFile(str(tmp_path), "kernel", "now") for _ in range(2))
+    monkeypatch.setattr(first, "_load_index", dict)  # both have looked before there was anything
+    monkeypatch.setattr(second, "_load_index", dict)
+    save_data = first._save_data
+
+    def late(name, data):
+        second.save("of records", "records")
+        save_data(name, data)
+
+    monkeypatch.setattr(first, "_save_data", late)
+    first.save("of floats", "floats")
+    later = cache.CacheFile(str(tmp_path), "kernel", "now")
+    assert later.load("of floats") in (None, "floats")
+    assert later.load("of records") in (None, "records")

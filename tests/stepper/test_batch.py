@@ -1,8 +1,12 @@
 """Batches of rigs: how many samples, which rig is which, and what is refused."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import drillrig_env
 from drillrig_env import Friction, Rig, simulate, simulate_batch
 from drillrig_env.model import frictionless_state, steady_state
 from drillrig_env.stepper.batch import advance_batch
@@ -83,3 +87,11 @@ def test_what_is_not_allowed_is_named(arguments, words):
 
 def test_simulating_at_the_ends_of_what_is_allowed():
     assert simulate_batch(speed_reference=0.0, duration=0.1).shape == (1, 2, 7)
+
+
+def test_no_kernel_makes_records_of_its_own_memory():
+    """To Numba a record is an address in its array: where a kernel makes both, the memory is gone while it is used."""
+    own = re.compile(r"np\.(zeros|empty)\([^\n]*dtype=[A-Z_]+\)\[")
+    package = Path(drillrig_env.__file__).parent
+    found = [path.name for path in package.rglob("*.py") if own.search(path.read_text(encoding="utf-8"))]
+    assert found == []
