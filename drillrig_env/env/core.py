@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import exp
 from typing import Any
@@ -58,6 +58,7 @@ class EpisodeBatch(PlaysTask):
             self._steps = min(self._steps, checked("DrillRig", "max_episode_steps", max_episode_steps, "", COUNT))
         self.episodes = np.zeros(rigs, dtype=EPISODE)
         self.episodes["step"] = self._steps  # no episode has begun
+        self.seeds: Sequence[int | None] = ()  # of the rigs, where whoever resets them has any; for errors
         channels = len(self.sensors.channels)
         self.observations: Observations = np.zeros((rigs, channels), dtype=np.float32)
         longest = self._task.delays[1]
@@ -127,10 +128,10 @@ class EpisodeBatch(PlaysTask):
         pins = check_pins(options, len(indices), self.duration)
         draws = self.scenario.draw(uniforms, self.duration, pins)
         fresh = begin_episodes(self._task, draws, self._settings, self._start_tables, self.threads)
+        check_finite(fresh["state"][:, None, :7], np.zeros(1), "reset", indices, self.seeds)
         self.episodes[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
         past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
-        check_finite(fresh["state"][:, None, :7], np.zeros(1), "reset")
         observe_episodes(fresh, self._layout, past, seen, scratch())
         self._past[indices] = past
         self.observations = self.observations.copy()
@@ -158,7 +159,7 @@ class EpisodeBatch(PlaysTask):
     def refuse_lost(self) -> None:
         """Raise `NotFiniteError` for the first rig whose state is no longer finite after a control step."""
         times = CONTROL_PERIOD * self.episodes["step"][:, None]
-        check_finite(self.episodes["state"][:, None, :7], times, "step")
+        check_finite(self.episodes["state"][:, None, :7], times, "step", seeds=self.seeds)
 
     def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], int]:
         """A call that steps every rig, each time from and into these arrays, and leaves `self.observations` alone.

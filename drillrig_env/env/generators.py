@@ -23,20 +23,22 @@ class EpisodeGenerators:
 
     A NumPy generator takes above a kilobyte, its PCG64 state 32 bytes. So the states lie in one array,
     `states` of shape (rigs, 4), and one generator goes from rig to rig. It draws for rig i with the seed s just what
-    `gymnasium.utils.seeding.np_random(s)` does.
+    `gymnasium.utils.seeding.np_random(s)` does. `seeds` are those that were last given.
     """
 
     def __init__(self, rigs: int) -> None:
         self.states = np.zeros((rigs, 4), dtype=np.uint64)
+        self.seeds: list[int | None] = [None] * rigs
         self._bits = np.random.PCG64(0)
         self._generator = np.random.Generator(self._bits)
 
-    def __getstate__(self) -> np.ndarray:
-        return self.states
+    def __getstate__(self) -> tuple[np.ndarray, list[int | None]]:
+        return self.states, self.seeds
 
-    def __setstate__(self, states: np.ndarray) -> None:
+    def __setstate__(self, state: tuple[np.ndarray, list[int | None]]) -> None:
+        states, seeds = state
         self.__init__(len(states))  # type: ignore[misc]
-        self.states[:] = states
+        self.states[:], self.seeds = states, seeds
 
     @property
     def seeded(self) -> bool:
@@ -47,6 +49,7 @@ class EpisodeGenerators:
         """Give a rig a seed, or fresh entropy for None; returns the seed that was used."""
         generator, used = seeding.np_random(check_seed(seed))
         self._keep(rig, generator.bit_generator)
+        self.seeds[rig] = used
         return used
 
     def seed_all(self, seed: Any) -> None:

@@ -66,6 +66,7 @@ class DrillRigVecEnv(PlaysTask, VecEnv):
         self._rates = np.zeros((self.num_envs, 1), dtype=np.float32)
         self._everywhere = np.arange(self.num_envs)
         self._generators = EpisodeGenerators(self.num_envs)
+        self.core.seeds = self._generators.seeds
         self._pictures = pictures_of(self.core, render_mode)
         self.seed(seed)
 

@@ -234,7 +234,9 @@ class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np
     ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
         """Begin an episode; `options` pins what would be drawn (see the class)."""
         super().reset(seed=check_seed(seed))
-        self.core.reset(_ONLY, self.np_random.random((1, UNIFORMS)), options)
+        uniforms = self.np_random.random((1, UNIFORMS))
+        self.core.seeds = (self._np_random_seed,)
+        self.core.reset(_ONLY, uniforms, options)
         self._seen[:] = self.core.observations[0]
         if self._picture is not None:
             self._picture.begin()

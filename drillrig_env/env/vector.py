@@ -66,6 +66,7 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._generators = EpisodeGenerators(self.num_envs)
+        self.core.seeds = self._generators.seeds
         self._everywhere = np.ones(self.num_envs, dtype=np.bool_)
         self._pictures = pictures_of(self.core, render_mode)
 
