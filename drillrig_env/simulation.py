@@ -181,7 +181,7 @@ def _fast(
 ) -> FloatArray:
     """The fast stepper with the signature of the reference methods; equal intervals share one call."""
     states = np.empty((len(times) - 1, 7))
-    intervals = np.round(np.diff(times), 10)  # rounding noise must not make an interval its own ladder
+    intervals = np.round(np.diff(times), 10)  # rounding noise must not make an interval tables of its own
     starts = np.flatnonzero(np.concatenate([[True], intervals[1:] != intervals[:-1]]))
     x = np.asarray(state)
     for first, last in zip(starts, [*starts[1:], len(intervals)], strict=True):

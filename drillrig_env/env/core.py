@@ -24,7 +24,7 @@ from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.stepper.tables import SAMPLES, ladder
+from drillrig_env.stepper.tables import SAMPLES, step_tables
 from drillrig_env.verdict import WINDOW, is_mitigated
 
 Observations = npt.NDArray[np.float32]
@@ -209,8 +209,8 @@ class EpisodeBatch(PlaysTask):
         return [STARTS[i] for i in self.episodes["start"][indices]]
 
     def _take_tables(self) -> None:
-        self._tables = ladder(self.rig, CONTROL_PERIOD, drive=self.drive)
-        self._start_tables = ladder(self.rig, CONTROL_PERIOD)
+        self._tables = step_tables(self.rig, CONTROL_PERIOD, drive=self.drive)
+        self._start_tables = step_tables(self.rig, CONTROL_PERIOD)
 
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""

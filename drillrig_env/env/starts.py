@@ -12,10 +12,10 @@ from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction
 from drillrig_env.jit.threads import over_slices
 from drillrig_env.model import frictionless_state, steady_state, torque_into_string, wound_up
-from drillrig_env.stepper.tables import Ladder
+from drillrig_env.stepper.tables import Tables
 
 
-def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, tables: Ladder, threads: int) -> np.ndarray:
+def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, tables: Tables, threads: int) -> np.ndarray:
     """The records of n new episodes at their first moment, from what they drew.
 
     `settings` are those of the batch, `tables` those of the rig with its own drive: the start is made with that one,
@@ -48,7 +48,7 @@ def _settle(
     indices: npt.NDArray[np.intp],
     phase: FloatArray,
     settings: np.ndarray,
-    tables: Ladder,
+    tables: Tables,
     threads: int,
 ) -> None:
     """Put the rigs at `indices`, now in steady rotation, onto their stick-slip cycle where they have one."""

@@ -16,7 +16,7 @@ from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.propagator import advance, workspace
-from drillrig_env.stepper.tables import STATE, UNITS, from_equilibrium, ladder, to_states
+from drillrig_env.stepper.tables import STATE, UNITS, from_equilibrium, step_tables, to_states
 
 _PERIOD = 0.05  # s
 _LONGEST_RETURN = 4000  # periods
@@ -25,7 +25,7 @@ _LONGEST_RETURN = 4000  # periods
 def flow(rig: Rig, friction: Friction, speed_reference: float, states: FloatArray, time: float) -> FloatArray:
     """States of shape (n, 7) after any `time` (s) at constant speed reference (rad/s)."""
     contacts = friction.single().contacts(rig, speed_reference)
-    matrix, tables = _rates_matrix(rig), ladder(rig, _PERIOD)
+    matrix, tables = _rates_matrix(rig), step_tables(rig, _PERIOD)
     result = np.array(states, dtype=float)
     _flow(result, time, contacts, matrix, tables.rungs, tables.sampling, tables.shift, workspace())
     return result
@@ -39,7 +39,7 @@ def next_crossings(
     Returns the states there and the times taken (s; NaN where 200 s brought none).
     """
     contacts = friction.single().contacts(rig, speed_reference)
-    matrix, tables = _rates_matrix(rig), ladder(rig, _PERIOD)
+    matrix, tables = _rates_matrix(rig), step_tables(rig, _PERIOD)
     result, times = np.array(states, dtype=float), np.empty(len(states))
     _cross(result, times, contacts, matrix, tables.rungs, tables.sampling, tables.shift, workspace())
     return result, times

@@ -16,7 +16,7 @@ from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.propagator import advance, workspace
-from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE, UNITS, from_equilibrium, ladder, to_states
+from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE, UNITS, from_equilibrium, step_tables, to_states
 
 
 def simulate_batch(
@@ -88,7 +88,7 @@ def advance_batch(
     `NotFiniteError` for a state that is no longer finite.
     """
     rigs = states.shape[0]
-    tables = ladder(rig, period, tolerance)
+    tables = step_tables(rig, period, tolerance)
     contacts = friction.contacts(rig, speed_reference, rigs)
     result = np.empty((rigs, periods // every, 7))
 

@@ -36,5 +36,6 @@ def check_finite(
     seed = f" (seed {seeds[rig]})" if rig < len(seeds) and seeds[rig] is not None else ""
     raise NotFiniteError(
         f"{where}: {STATE_NAMES[state]} = {states[place, sample, state]} {STATE_UNITS[state]} "
-        f"of rig {rig}{seed} at {time:g} s is not finite; check the rig's parameters, the gains of its drive, the normal force and the state it began in"
+        f"of rig {rig}{seed} at {time:g} s is not finite; "
+        "check the rig's parameters, the gains of its drive, the normal force and the state it began in"
     )

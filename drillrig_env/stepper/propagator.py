@@ -33,7 +33,7 @@ def advance(
 
     y                shape (8,): the 7 states less the frictionless equilibrium, and a pad
     contact          a CONTACT record: the friction and the speed reference
-    rungs, sampling  the tables of a `Ladder`
+    rungs, sampling  the tables of a `Tables`
     work             a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
                      (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """

@@ -98,7 +98,7 @@ SHIFT = np.dtype([("at_rest", "f8", STATE), ("per_speed", "f8", STATE)], align=T
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class Tables:
     """The tables of one rig for one period of held speed reference, and how accurately to use them.
 
     `rungs` and `sampling` hold the tables, a record a rung; `shift` has one record, of the equilibrium
@@ -115,7 +115,7 @@ class Ladder:
 
 @lru_cache(maxsize=64)
 @np.errstate(over="ignore", invalid="ignore")  # an impossible rig is found out by its first states
-def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Ladder:
+def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Tables:
     """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
 
     `tolerance` (rad/s) is what the error of any speed stays below over 20 s: 1e-7 to 1e-3. The bounds on
@@ -127,7 +127,7 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive |
     if not low <= tolerance <= high:
         raise refuse("simulate", "tolerance", tolerance, "rad/s", f"{low} to {high}")
     if not 0.0 < period <= LONGEST_PERIOD:
-        raise ValueError(f"ladder: period = {period} s is not allowed; allowed: > 0 and <= {LONGEST_PERIOD} s")
+        raise ValueError(f"step_tables: period = {period} s is not allowed; allowed: > 0 and <= {LONGEST_PERIOD} s")
     rungs = np.zeros(RUNGS, dtype=RUNG)
     share = tolerance / TOLERANCE
     rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5, share * 1e-9
@@ -155,7 +155,7 @@ def ladder(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive |
     shift["at_rest"][0, :7], shift["per_speed"][0, :7] = rest, frictionless_state(rig, 1.0, drive) - rest
     for table in (rungs, sampling, shift):
         table.flags.writeable = False
-    return Ladder(rig, drive, period, rungs, sampling, shift)
+    return Tables(rig, drive, period, rungs, sampling, shift)
 
 
 @inlined

@@ -7,12 +7,12 @@ from scipy.integrate import solve_ivp
 from drillrig_env import Friction, Rig
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.stepper.collocation import WORKSPACE, _crossing, solve_nodes
-from drillrig_env.stepper.tables import RADAU_NODES, ladder
+from drillrig_env.stepper.tables import RADAU_NODES, step_tables
 
 RIG, OMEGA_REF = Rig(), 2.0
 CONTACT = Friction(20.0).contacts(RIG, OMEGA_REF)[0]
 STATIC, KINETIC, OMEGA_S = 20.0 * 0.0485 * 0.5, 20.0 * 0.0485 * 0.306, 1e-3
-LADDER = ladder(RIG, 0.1)
+LADDER = step_tables(RIG, 0.1)
 
 
 def law(zone, speed):

@@ -8,11 +8,11 @@ from drillrig_env.model import wound_up
 from drillrig_env.reference import radau
 from drillrig_env.stepper.collocation import WORKSPACE, solve_nodes
 from drillrig_env.stepper.kinks import step_through_kinks
-from drillrig_env.stepper.tables import STATE, from_equilibrium, ladder, to_states
+from drillrig_env.stepper.tables import STATE, from_equilibrium, step_tables, to_states
 
 RIG, FRICTION, OMEGA_REF = Rig(T_r2=0.05), Friction(20.0), 2.0
 CONTACT = FRICTION.contacts(RIG, OMEGA_REF)[0]
-LADDER = ladder(RIG, 0.1)
+LADDER = step_tables(RIG, 0.1)
 RUNG = 5
 STEP = 0.1 / 2**RUNG
 

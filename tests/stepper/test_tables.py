@@ -17,12 +17,12 @@ from drillrig_env.stepper.tables import (
     STATE,
     UNITS,
     from_equilibrium,
-    ladder,
+    step_tables,
     to_states,
 )
 
 RIG = Rig(T_r2=0.05)
-LADDER = ladder(RIG, 0.08)
+TABLES = step_tables(RIG, 0.08)
 Y = np.array([-0.4, -1.3, 2.0, 1.0, 3.0, 0.3, 0.4])
 CUBIC = np.array([0.3, -0.2, 0.5, 0.7])
 
@@ -48,7 +48,7 @@ def test_nodes_are_the_radau_points_of_the_books():
 
 @pytest.mark.parametrize("rung", [0, 1, 4])
 def test_state_at_the_end_and_speed_at_the_nodes_are_exact_for_a_cubic_torque(rung):
-    table, step = LADDER.rungs[rung], 0.08 / 2**rung
+    table, step = TABLES.rungs[rung], 0.08 / 2**rung
     at_nodes = solution(step, RADAU_NODES)
     end = Y @ table["state_from_state"] + torque(RADAU_NODES) @ table["state_from_torque"]
     np.testing.assert_allclose(end[:7], at_nodes[-1], atol=1e-8)
@@ -59,7 +59,7 @@ def test_state_at_the_end_and_speed_at_the_nodes_are_exact_for_a_cubic_torque(ru
 
 @pytest.mark.parametrize("rung", range(SAMPLED_RUNGS))
 def test_samples_lie_at_equal_distances_the_last_at_the_end(rung):
-    table, count = LADDER.sampling[rung], SAMPLES >> rung
+    table, count = TABLES.sampling[rung], SAMPLES >> rung
     states = solution(0.08 / 2**rung, np.arange(1, count + 1) / count)
     for name, expected in (("speed", states[:, 2]), ("torque", torque_into_string(RIG, states))):
         found = Y @ table[f"{name}_from_state"] + torque(RADAU_NODES) @ table[f"{name}_from_torque"]
@@ -69,19 +69,19 @@ def test_samples_lie_at_equal_distances_the_last_at_the_end(rung):
 
 
 def test_rungs_are_halves_down_to_one_unit():
-    assert len(LADDER.rungs) == RUNGS
+    assert len(TABLES.rungs) == RUNGS
     assert 2 ** (RUNGS - 1) == UNITS
     for rung in (0, 3, RUNGS - 1):
         step = 0.08 / 2**rung
-        np.testing.assert_allclose(LADDER.rungs[rung]["rate_from_state"][:, :7], jacobian(RIG).T * step)
-        np.testing.assert_allclose(LADDER.rungs[rung]["rate_from_torque"][:7], friction_input(RIG) * step)
-    np.testing.assert_allclose(LADDER.rungs[1]["state_from_state"][:, :7], expm(jacobian(RIG) * 0.04).T, atol=1e-12)
+        np.testing.assert_allclose(TABLES.rungs[rung]["rate_from_state"][:, :7], jacobian(RIG).T * step)
+        np.testing.assert_allclose(TABLES.rungs[rung]["rate_from_torque"][:7], friction_input(RIG) * step)
+    np.testing.assert_allclose(TABLES.rungs[1]["state_from_state"][:, :7], expm(jacobian(RIG) * 0.04).T, atol=1e-12)
 
 
 @pytest.mark.parametrize("rig", [RIG, Rig(T_f=0.3)])
 @pytest.mark.parametrize("speed", [0.0, 1.0, 7.3])
 def test_states_are_counted_from_the_frictionless_equilibrium(rig, speed):
-    contact, shift = Friction(20.0).contacts(rig, speed)[0], ladder(rig, 0.1).shift
+    contact, shift = Friction(20.0).contacts(rig, speed)[0], step_tables(rig, 0.1).shift
     states, y = np.zeros(STATE), np.zeros(STATE)
     to_states(y, contact, shift, states)
     np.testing.assert_allclose(states[:7], frictionless_state(rig, speed), atol=1e-12)
@@ -92,7 +92,7 @@ def test_states_are_counted_from_the_frictionless_equilibrium(rig, speed):
 
 
 def test_tolerance_scales_the_bounds_on_the_errors_of_a_step():
-    usual, coarse = ladder(RIG, 0.1), ladder(RIG, 0.1, 1e-4)
+    usual, coarse = step_tables(RIG, 0.1), step_tables(RIG, 0.1, 1e-4)
     for name in ("largest_defect", "newton_tolerance"):
         np.testing.assert_allclose(coarse.rungs[name], 100.0 * usual.rungs[name])
         assert np.ptp(usual.rungs[name]) == 0.0
@@ -100,19 +100,19 @@ def test_tolerance_scales_the_bounds_on_the_errors_of_a_step():
 
 
 def test_tables_are_built_once_and_cannot_be_written():
-    built = ladder(RIG, 0.08)
-    assert ladder(RIG, 0.08) is built
+    built = step_tables(RIG, 0.08)
+    assert step_tables(RIG, 0.08) is built
     for table in (built.rungs, built.sampling, built.shift):
         assert not table.flags.writeable
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-3])
 def test_ends_of_the_range_of_tolerances_are_allowed_and_beyond_is_not(tolerance):
-    assert ladder(RIG, 0.1, tolerance).period == 0.1
+    assert step_tables(RIG, 0.1, tolerance).period == 0.1
     with pytest.raises(ValueError, match="tolerance"):
-        ladder(RIG, 0.1, tolerance * (0.99 if tolerance < 1e-5 else 1.01))
+        step_tables(RIG, 0.1, tolerance * (0.99 if tolerance < 1e-5 else 1.01))
 
 
 def test_shapes_hold_all_nodes():
-    assert LADDER.rungs["node_from_torque"].shape == (RUNGS, NODES, NODES)
-    assert LADDER.sampling["speed_from_state"].shape == (SAMPLED_RUNGS, 7, SAMPLES)
+    assert TABLES.rungs["node_from_torque"].shape == (RUNGS, NODES, NODES)
+    assert TABLES.sampling["speed_from_state"].shape == (SAMPLED_RUNGS, 7, SAMPLES)
