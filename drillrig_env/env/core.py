@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from math import exp
@@ -77,6 +78,12 @@ class EpisodeBatch(PlaysTask):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._take_tables()
+
+    @property
+    def rigs(self) -> np.ndarray:
+        """The former name of `episodes`."""
+        warnings.warn("`core.rigs` is now `core.episodes`", DeprecationWarning, stacklevel=2)
+        return self.episodes
 
     @property
     def task(self) -> Task:

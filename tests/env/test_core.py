@@ -127,3 +127,9 @@ def test_impossible_arguments_are_refused():
     for name in ("tracking_shape", "variance_shape"):
         with pytest.raises(ValueError, match=name):
             Reward(**{name: "cubic"})
+
+
+def test_the_former_name_of_the_episodes_works_and_warns():
+    core = EpisodeBatch(2)
+    with pytest.warns(DeprecationWarning, match=r"core\.episodes"):
+        assert core.rigs is core.episodes
