@@ -3,7 +3,7 @@
 | code | means |
 |---:|---|
 | 0 | done |
-| 1 | something failed: a policy, a training, a file that could not be written; one sentence says what |
+| 1 | something failed: a policy, a training, a computation, a file that could not be written; one sentence says what |
 | 2 | the arguments are not allowed; one sentence says why, and nothing was done |
 | 130 | stopped by Ctrl-C (SIGINT) before the end; what was finished is kept |
 | 143 | stopped by SIGTERM before the end; what was finished is kept |
@@ -95,7 +95,9 @@ def _whole(least: int, text: str) -> int:
 
 
 def command(main: Callable[P, int | None]) -> Callable[P, int]:
-    """`main` with the exit codes of every command: Ctrl-C, SIGTERM, `Failed` and a file that fails end in one line.
+    """`main` with the exit codes of every command: Ctrl-C, SIGTERM and what fails end in one line.
+
+    What fails is `Failed`, a file, a rig beyond what can be computed, and memory that is too small.
 
     What a stop or a failure keeps, and how to go on, `main` adds as a note to the exception that it lets pass:
 
@@ -116,8 +118,8 @@ def command(main: Callable[P, int | None]) -> Callable[P, int]:
         except BrokenPipeError:  # nobody reads on, as in `... | head`
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
-        except (OSError, Failed) as error:
-            _say("; ".join([f"error: {error}", *getattr(error, "__notes__", ())]))
+        except (OSError, Failed, FloatingPointError, MemoryError) as error:
+            _say("; ".join([f"error: {str(error) or type(error).__name__}", *getattr(error, "__notes__", ())]))
             return FAILED
 
     return run

@@ -54,7 +54,8 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         _replace(new, target)
     except OSError as error:
         if error.filename is not None and Path(error.filename) == new:
-            error.filename, error.filename2 = str(path), None
+            error.filename = str(path)
+            del error.filename2  # None in its place would be printed as another file
         raise
     finally:
         with suppress(OSError):

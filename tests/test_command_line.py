@@ -107,6 +107,18 @@ def test_a_file_that_fails_is_one_line_and_a_code(capsys):
     assert command(lambda: 1)() == 1
 
 
+@pytest.mark.parametrize(
+    ("failure", "said"),
+    [(FloatingPointError("nan rad"), "nan rad"), (MemoryError("728 TiB"), "728 TiB"), (MemoryError(), "MemoryError")],
+)
+def test_what_cannot_be_computed_is_one_line_and_a_code(failure, said, capsys):
+    def main():
+        raise failure
+
+    assert command(main)() == 1
+    assert capsys.readouterr().err == f"error: {said}\n"
+
+
 def test_handlers_are_given_back():
     earlier = signal.getsignal(signal.SIGTERM)
     assert command(lambda: 0)() == 0

@@ -70,6 +70,7 @@ def test_a_folder_that_is_missing_is_named_with_the_file_that_was_asked_for(tmp_
     with pytest.raises(FileNotFoundError) as missing:
         write_text(tmp_path / "no" / "a.txt", "")
     assert missing.value.filename == str(tmp_path / "no" / "a.txt")
+    assert str(missing.value).endswith(f"{str(tmp_path / 'no' / 'a.txt')!r}")
 
 
 @pytest.mark.skipif(os.name == "nt", reason="symbolic links need rights there")

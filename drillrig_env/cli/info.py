@@ -47,7 +47,9 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig info") ->
                 record.to_toml(path)
                 print(path.resolve())
         return 0
-    print(rig.describe(), "", friction.describe(), "", *_derived(rig, friction), sep="\n")
+    print(rig.describe(), "", friction.describe(), "", sep="\n")
+    for line in _derived(rig, friction):  # one by one: where a number cannot be computed, those before it are said
+        print(line)
     if options.speed_reference is not None:
         print("", *_orbit(rig, friction, options.speed_reference), sep="\n")
     return 0
@@ -68,7 +70,7 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     yield _line("omega_c", f"{speed:.3f}", "rad/s", about)
     try:
         fold = float(fold_speed(rig, friction))
-    except ValueError as error:
+    except (ValueError, FloatingPointError) as error:
         yield _line("fold", "?", "rad/s", str(error))
         return
     if isfinite(fold):

@@ -70,7 +70,7 @@ class Failure:
         return f"{self.policy} failed{where}: {self.error}"
 
     @classmethod
-    def of(cls, policy: str, suite: str, error: Exception) -> Failure:
+    def of(cls, policy: str, suite: str, error: BaseException) -> Failure:
         """The failure behind an exception, with the innermost calls of its traceback."""
         text = f"{type(error).__name__}: {error}"
         return cls(policy, suite, text, "".join(traceback.format_tb(error.__traceback__)[-_FRAMES:]).rstrip())
@@ -96,7 +96,7 @@ def run_contest(
             continue
         try:
             scores = _run_members(contestant, suite, histories, progress)
-        except Exception as error:  # a stranger's policy may raise anything
+        except (Exception, SystemExit) as error:  # a stranger's policy may raise anything
             failures.append(Failure.of(contestant.name, suite.name, error))
             continue
         results.add(suite.name, contestant.name, scores)

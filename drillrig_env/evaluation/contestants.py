@@ -50,7 +50,7 @@ def find_contestants(
     for label, source in sources.items():
         try:
             contestants.append(contestant_of(source, conditions, label))
-        except Exception as error:  # a stranger's policy may raise anything
+        except (Exception, SystemExit) as error:  # a stranger's policy may raise anything
             if names:
                 failures.append(Failure.of(label, "", error))
             else:
@@ -68,7 +68,7 @@ def _find_sources(
             source = find_policy(name)
         except UnknownPolicyError:
             raise
-        except Exception as error:  # a stranger's file may raise anything
+        except (Exception, SystemExit) as error:  # a stranger's file may raise anything
             failures.append(Failure.of(name, "", error))
             continue
         if source.slow and not (names or slow):

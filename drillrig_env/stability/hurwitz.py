@@ -73,10 +73,13 @@ def critical_slope(rig: Rig) -> float:
     """Delta T_r,min (4-24): the friction slope (N m s/rad) above which steady rotation is stable.
 
     The largest real root of any minor. (The chapter says "largest real part of the roots"; a complex
-    pair of roots is no change of sign and does not count.) -0.0128 for the chapter's rig (4-25).
+    pair of roots is no change of sign and does not count.) -0.0128 for the chapter's rig (4-25). Raises
+    `FloatingPointError` for a rig whose parameters are too far apart for its minors to be computed.
     """
     roots = np.concatenate([minor.roots() for minor in minor_polynomials(rig)])
     real = roots[np.abs(roots.imag) < 1e-9 * (np.abs(roots) + _SLOPE_SCALE)].real
+    if not real.size or not np.isfinite(real).all():
+        raise FloatingPointError("critical_slope: the minors (4-23) have no finite root; check the rig's parameters")
     return float(real.max())
 
 

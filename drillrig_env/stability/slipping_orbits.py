@@ -66,7 +66,7 @@ class HarmonicBalance:
     def solve(self, depth: float, q: FloatArray, frequency: float, log_gain: float) -> tuple[FloatArray, float, float]:
         """The orbit of a given depth from a guess: q at the samples (lowest first), Omega, ln G.
 
-        Raises `RuntimeError` where Newton's method does not converge.
+        Raises `FloatingPointError` where Newton's method does not converge.
         """
         m = self.samples
         derivative = np.fft.irfft(self.rates, m)[(-np.arange(m)) % m]
@@ -86,7 +86,9 @@ class HarmonicBalance:
             q, frequency, log_gain = q + step[:m], frequency + step[m], log_gain + step[m + 1]
             if np.abs(step).max() < 1e-12 * max(1.0, depth):
                 return q, float(frequency), float(log_gain)
-        raise RuntimeError(f"harmonic balance: no orbit of depth {depth:g} found with {m} samples")
+        raise FloatingPointError(
+            f"harmonic balance: no orbit of depth {depth:g} found with {m} samples; check the rig's parameters"
+        )
 
     def is_resolved(self, q: FloatArray) -> bool:
         """Whether the highest harmonics of q have died out."""

@@ -59,3 +59,16 @@ def test_impossible_numbers_are_refused_with_unit_and_range(capsys):
             main(words)
         assert end.value.code == 2
         assert said in capsys.readouterr().err
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # what is too far apart overflows
+@pytest.mark.parametrize(
+    ("change", "code", "said"),
+    [({"J_1": 1e-5}, 0, "harmonic balance: no orbit"), ({"J_1": 1e200}, 1, "error: critical_slope: the minors")],
+)
+def test_a_rig_beyond_what_can_be_computed_ends_in_a_sentence(change, code, said, tmp_path, capsys):
+    Rig(**change).to_toml(tmp_path / "rig.toml")
+    assert main(["--rig", str(tmp_path / "rig.toml")]) == code
+    printed = capsys.readouterr()
+    assert said in printed.out + printed.err
+    assert "impedance" in printed.out

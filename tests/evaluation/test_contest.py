@@ -36,6 +36,11 @@ class NotANumber(Hold):
         return np.full((len(observation), 1), np.nan, np.float32), None
 
 
+class Leaves(Hold):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        raise SystemExit(0)
+
+
 class CannotBeMade(Hold):
     def __init__(self):
         raise KeyError("gain")
@@ -46,15 +51,16 @@ def contestant(policy, name=None):
 
 
 def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
-    field = [contestant(policy) for policy in (Raises, Flat, NotANumber, CannotBeMade, Hold)]
+    field = [contestant(policy) for policy in (Raises, Flat, NotANumber, Leaves, CannotBeMade, Hold)]
     results = Results({"policies": {}})
     failures = run_contest(SUITE, field, results, Histories(), tmp_path)
-    assert [failure.policy for failure in failures] == ["Raises", "Flat", "NotANumber", "CannotBeMade"]
+    assert [failure.policy for failure in failures] == ["Raises", "Flat", "NotANumber", "Leaves", "CannotBeMade"]
     assert "no telling" in str(failures[0])
     assert "tell" in failures[0].trace
     assert "shape (6,)" in str(failures[1])
     assert "NotANumber: the action for rig 0 (seed 1000000000) in control step 1 is not finite" in str(failures[2])
-    assert "gain" in str(failures[3])
+    assert "SystemExit" in str(failures[3])
+    assert "gain" in str(failures[4])
     assert read(tmp_path).policies == results.policies == ["Hold"]
 
 
