@@ -1,6 +1,7 @@
 """A state that is no longer finite ends in an error, and reaches nobody."""
 
 import pickle
+import re
 
 import gymnasium as gym
 import numpy as np
@@ -70,3 +71,14 @@ def _play(env, options=None, action=np.zeros(1, dtype=np.float32)):  # noqa: B00
         observation, reward, *_ = env.step(action)
         assert np.isfinite(observation).all()
         assert np.isfinite(reward).all()
+
+
+def test_time_that_is_named_is_the_first_at_which_the_state_is_lost():
+    runaway = {"rig": Rig(k_p=0.0, k_i=1000.0), "speed_reference": 3.0, "sample_period": 1.0}
+    with pytest.raises(NotFiniteError) as caught:
+        simulate_batch(**runaway, duration=60.0)
+    time = float(re.search(r"at ([\d.]+) s", str(caught.value))[1])
+    assert 1.0 < time < 60.0
+    assert np.isfinite(simulate_batch(**runaway, duration=time - 1.0)).all()
+    with pytest.raises(NotFiniteError, match=f"at {time:g} s"):
+        simulate_batch(**runaway, duration=time)
