@@ -17,7 +17,7 @@ from drillrig_env.env.scenario import options_of, pins_of
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
-from drillrig_env.env.vector import check_actions, pictures_of
+from drillrig_env.env.vector import PicturedRigs, check_actions, pictures_of
 from drillrig_env.extras import missing
 from drillrig_env.parameters import refuse
 
@@ -29,7 +29,7 @@ except ImportError as error:
     raise missing("training", "Stable-Baselines3", "agents") from error
 
 
-class DrillRigVecEnv(PlaysTask, VecEnv):
+class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
     """N rigs of `DrillRig-v0` for Stable-Baselines3; arguments as for `DrillRigVectorEnv`.
 
     Rig i with the seed s (an argument, or `seed(s)`) is the single environment with the seed s + i,
@@ -69,14 +69,6 @@ class DrillRigVecEnv(PlaysTask, VecEnv):
         self.core.seeds = self._generators.seeds
         self._pictures = pictures_of(self.core, render_mode)
         self.seed(seed)
-
-    def __getstate__(self) -> dict[str, Any]:
-        memory = None if self._pictures is None else self._pictures.memory()
-        return {**self.__dict__, "_pictures": memory}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
         """Pin what episodes would draw, from now on: one dictionary for all rigs, or a list of one for each.

@@ -30,7 +30,23 @@ Step = tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.N
 Seeds = int | Sequence[int | None] | npt.NDArray[np.integer] | None
 
 
-class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+class PicturedRigs:
+    """Copies of many rigs: each draws its own pictures, going on from what those of the original knew."""
+
+    core: EpisodeBatch
+    render_mode: str | None
+    _pictures: RigPictures | None
+
+    def __getstate__(self) -> dict[str, Any]:
+        memory = None if self._pictures is None else self._pictures.memory()
+        return {**self.__dict__, "_pictures": memory}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
+
+
+class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
     """N rigs of `DrillRig-v0` side by side; `DrillRigEnv` describes spaces, reward, infos and arguments.
 
     Rig i with the seed s is, bit for bit, the single environment with the seed s + i, whatever the
@@ -69,14 +85,6 @@ class DrillRigVectorEnv(GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.fl
         self.core.seeds = self._generators.seeds
         self._everywhere = np.ones(self.num_envs, dtype=np.bool_)
         self._pictures = pictures_of(self.core, render_mode)
-
-    def __getstate__(self) -> dict[str, Any]:
-        memory = None if self._pictures is None else self._pictures.memory()
-        return {**self.__dict__, "_pictures": memory}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None

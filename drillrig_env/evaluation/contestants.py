@@ -34,10 +34,10 @@ def find_contestants(
     """The contestants of these names, or all that suit the environment; who cannot compete; and the conditions.
 
     The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`; `rig` is the
-    rig of the suites, as `Rig.of` takes it. Without names
-    the contestants are all installed policies and the trained agents of the clone. One that does not suit, or
-    that is slow while `slow` is false, is then left out. `say` is called with a line that says why, and what
-    differs from an agent's training. `UnknownPolicyError` for a name that is nothing.
+    rig of the suites, as `Rig.of` takes it. Without names the contestants are all installed policies and the trained
+    agents of the clone. One that does not suit, or that is slow while `slow` is false, is then left out. `say` is
+    called with a line that says why, and what differs from an agent's training. `UnknownPolicyError` for a name that
+    is nothing.
     """
     sources, failures = _find_sources(names, slow, say)
     trainings = {

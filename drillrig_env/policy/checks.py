@@ -76,7 +76,7 @@ class _Trial:
         self, observation: Observations, state: Memory, starts: npt.NDArray[np.bool_], info: Mapping[str, Any]
     ) -> tuple[Actions, Memory]:
         """One call of `predict`, made twice: the answers must agree, and the arguments be what they were."""
-        before = _copies((observation,)), None if state is None else _copies(state)
+        shown, held = observation.copy(), [np.array(array) for array in state or ()]
         if info:
             self.policy.tell(info)  # type: ignore[attr-defined]
         answers = [self.policy.predict(observation, state, starts, deterministic=True) for _ in range(2)]
@@ -87,9 +87,9 @@ class _Trial:
         self._check(actions, len(observation))
         if not np.array_equal(actions, repeated):
             raise self._fault("gives other actions to equal observations and states: it keeps something of its own")
-        if not np.array_equal(observation, before[0][0]):
+        if not np.array_equal(observation, shown):
             raise self._fault("changes the observations that it is shown, in place")
-        if state is not None and before[1] is not None and not all(map(np.array_equal, state, before[1])):
+        if not all(map(np.array_equal, state or (), held)):
             raise self._fault("changes the state that it is given, in place")
         return actions, kept
 
@@ -108,7 +108,3 @@ class _Trial:
 
     def _fault(self, text: str) -> ValueError:
         return ValueError(f"{self.name}: {text}")
-
-
-def _copies(arrays: tuple[np.ndarray, ...]) -> tuple[np.ndarray, ...]:
-    return tuple(np.array(array) for array in arrays)
