@@ -41,8 +41,8 @@ class Allowed:
         Text, truth values and complex numbers are no numbers here.
         """
         try:
-            x = np.asarray(value)
-        except ValueError:  # lists of unequal lengths
+            x = np.asarray(float(value) if type(value) is int else value)  # NumPy's integers end at 2^64
+        except (ValueError, OverflowError):  # lists of unequal lengths, and what no float can hold
             return False
         if x.dtype.kind not in "iuf" or (self.whole and np.any(x != np.round(x))):
             return False
@@ -61,8 +61,9 @@ class Allowed:
         return self.read(float(text))
 
     def __str__(self) -> str:
-        low = f"{'>' if self.low_open else '>='} {self.low:g}" if np.isfinite(self.low) else ""
-        high = f"{'<' if self.high_open else '<='} {self.high:g}" if np.isfinite(self.high) else ""
+        exactly = ".0f" if self.whole else "g"
+        low = f"{'>' if self.low_open else '>='} {self.low:{exactly}}" if np.isfinite(self.low) else ""
+        high = f"{'<' if self.high_open else '<='} {self.high:{exactly}}" if np.isfinite(self.high) else ""
         words = " and ".join(part for part in (low, high) if part)
         if self.whole:
             return f"whole, {words}" if words else "any whole number"

@@ -127,7 +127,7 @@ def closest(name: str, known: Iterable[object]) -> str:
 
 def _is_numeric(value: object) -> bool:
     try:
-        return np.asarray(value).dtype.kind in "iuf"
+        return type(value) is int or np.asarray(value).dtype.kind in "iuf"
     except ValueError:
         return False
 

@@ -42,6 +42,7 @@ def test_fields_are_kept_as_their_kind_reads_them():
     assert isinstance(drilling.speed, tuple)
     assert (type(drilling.rigs), drilling.rigs) == (int, 7)
     assert (type(drilling.force), drilling.force) == (float, 2.0)
+    assert (Drilling(rigs=2**70).rigs, Drilling(force=2**70).force) == (2**70, 2.0**70)
     assert drilling.friction.mu_s == 0.6
     assert drilling.folder == Path("there")
     assert drilling.loud is True
@@ -64,6 +65,8 @@ def test_fields_are_kept_as_their_kind_reads_them():
         ({"rigs": 1.5}, ["rigs = 1.5 is not allowed", "whole, >= 1"]),
         ({"rigs": "4"}, ["rigs = '4' is text; write 4, without quotes"]),
         ({"rigs": None}, ["rigs = None is not a number"]),
+        ({"rigs": -(2**70)}, ["rigs = -1180591620717411303424 is not allowed", "whole, >= 1"]),
+        ({"force": 10**400}, ["0 N is not allowed", ">= 0 N"]),
         ({"force": -1}, ["force = -1 N", ">= 0 N"]),
         ({"force": 1j}, ["force = 1j is not a number"]),
         ({"force": [1.0, [2.0]]}, ["force = [1.0, [2.0]] is not a number"]),

@@ -55,6 +55,7 @@ def refused(capsys, *arguments):
         ("-n inf", "'inf' is not allowed"),
         ("--threads -1", "argument --threads: '-1' is not allowed; allowed: whole, >= 1"),
         ("--seed -1", "argument --seed: '-1' is not allowed; allowed: whole, >= 0"),
+        ("--seed 500000000", "allowed: whole, >= 0 and <= 499999999"),
         ("--seeds 0", "argument --seeds: '0' is not allowed"),
         ("--rig mine.toml", "argument --rig: rig: there is no file mine.toml"),
         ("--sed 3", "unknown argument --sed; did you mean --seed?"),

@@ -88,7 +88,10 @@ class EpisodeGenerators:
 
 
 def check_seed(seed: Any) -> int | None:
-    """A seed as Gymnasium takes it, or None. `ValueError` for what is no whole number >= 0."""
+    """A seed as Gymnasium takes it, or None. `ValueError` for what is no whole number >= 0.
+
+    It may have any size: the seed of an environment that was given none, which can be given to another, has 128 bits.
+    """
     return None if seed is None else int(checked("DrillRig", "seed", seed, "", _SEEDS))
 
 

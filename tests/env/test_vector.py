@@ -26,6 +26,7 @@ def test_every_way_to_give_a_seed(seed):
     [
         ("a", "seed = 'a' is not a number"),
         (-1, "seed = -1"),
+        (-(2**70), "seed = -1180591620717411303424 is not allowed; allowed: whole, >= 0"),
         (1.5, "seed = 1.5"),
         (True, "seed = True"),
         ([1], "1 seeds"),
@@ -39,6 +40,16 @@ def test_what_is_no_seed_is_refused(seed, words):
             gym.make("DrillRig-v0").reset(seed=seed)
         with pytest.raises(ValueError, match=words):
             drillrig_env.make_sb3(1, seed=seed)
+
+
+def test_the_seed_that_an_environment_took_itself_can_be_given_to_every_form():
+    own = gym.make("DrillRig-v0")
+    first, _ = own.reset()
+    seed = own.np_random_seed
+    assert seed > 2**64
+    training = drillrig_env.make_sb3(2, seed=seed)
+    for seen in (gym.make("DrillRig-v0").reset(seed=seed)[0], vector().reset(seed=seed)[0][0], training.reset()[0]):
+        np.testing.assert_array_equal(seen, first)
 
 
 def test_numpy_seeds_of_the_single_form():
