@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable
 from copy import copy
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 from drillrig_env.drive import Drive
+from drillrig_env.env.registration import check_length
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import Sensors
@@ -93,6 +95,7 @@ class GymnasiumForm(PlaysTask):
     @spec.setter
     def spec(self, spec: EnvSpec | None) -> None:
         if spec is not None:
+            check_length(self.duration, self.core.task.steps, sys._getframe(1))
             spec = copy(spec)
             spec.max_episode_steps = self.core.steps
         self._spec = spec

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from types import FrameType
 from typing import Any
 
 import gymnasium as gym
@@ -23,3 +25,21 @@ def register_envs() -> None:
                 vector_entry_point="drillrig_env.env.vector:DrillRigVectorEnv",
                 kwargs=kwargs,
             )
+
+
+def check_length(duration: float, steps: int, maker: FrameType | None) -> None:
+    """Raise `ValueError` where Gymnasium makes an environment of another length than it was asked for.
+
+    `gym.make(spec, duration=...)` and `make_vec` end episodes after the spec's `max_episode_steps`, whatever the
+    duration (s, of `steps` control steps) that is given anew, and say so to nobody. So this looks into the call that
+    gives an environment its spec, `maker`.
+    """
+    said = {} if maker is None else maker.f_locals
+    given, limit = said.get("kwargs", {}), getattr(said.get("env_spec"), "max_episode_steps", None)
+    task, asked = given.get("task") or (), said.get("max_episode_steps", given.get("max_episode_steps"))
+    anew = "duration" in given or "duration" in (task if isinstance(task, Collection) else ("duration",))
+    if anew and asked is None and limit not in (None, steps):
+        raise ValueError(
+            f"DrillRig: duration = {duration:g} s is not allowed with a spec that ends episodes after {limit} steps; "
+            f"allowed: with max_episode_steps={steps} beside it, or with the id in place of the spec"
+        )

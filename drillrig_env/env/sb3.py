@@ -10,14 +10,12 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from drillrig_env.env.attributes import PlaysTask, set_for_all
-from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.generators import EpisodeGenerators, check_seed
+from drillrig_env.env.attributes import set_for_all
+from drillrig_env.env.generators import check_seed
+from drillrig_env.env.many import ManyRigs, check_actions
 from drillrig_env.env.scenario import options_of, pins_of
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
-from drillrig_env.env.vector import PicturedRigs, check_actions, pictures_of
 from drillrig_env.extras import missing
 from drillrig_env.parameters import refuse
 
@@ -29,7 +27,7 @@ except ImportError as error:
     raise missing("training", "Stable-Baselines3", "agents") from error
 
 
-class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
+class DrillRigVecEnv(ManyRigs, VecEnv):
     """N rigs of `DrillRig-v0` for Stable-Baselines3; arguments as for `DrillRigVectorEnv`.
 
     Rig i with the seed s (an argument, or `seed(s)`) is the single environment with the seed s + i,
@@ -53,8 +51,7 @@ class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
         render_mode: str | None = None,
         **fields: Any,
     ) -> None:
-        self.core = EpisodeBatch(num_envs, task, threads=threads, **fields)
-        self.render_mode = render_mode
+        self._make(num_envs, task, threads, render_mode, fields)
         channels = len(self.core.sensors.channels)
         super().__init__(
             len(self.core),
@@ -65,9 +62,6 @@ class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
         self._empty: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         self._rates = np.zeros((self.num_envs, 1), dtype=np.float32)
         self._everywhere = np.arange(self.num_envs)
-        self._generators = EpisodeGenerators(self.num_envs)
-        self.core.seeds = self._generators.seeds
-        self._pictures = pictures_of(self.core, render_mode)
         self.seed(seed)
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
@@ -89,7 +83,7 @@ class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
 
     def reset(self) -> VecEnvObs:
         """Begin an episode in every rig; `set_options` has pinned what it pins."""
-        self._begin(self._everywhere)
+        self._begin_pinned(self._everywhere)
         self._reset_seeds()
         return self.core.observations
 
@@ -102,9 +96,7 @@ class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
         core = self.core
         if core.ended.any():
             raise ResetNeeded("no episode has begun; call reset() first")
-        core.step(self._rates)
-        if self._pictures is not None:
-            self._pictures.follow()
+        self._advance(self._rates)
         rewards = core.episodes["reward"].astype(np.float32)
         self._returns += core.episodes["reward"]
         ended = core.ended
@@ -121,34 +113,17 @@ class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
                     "is_success": bool(success[i]),
                     "episode": {"r": float(self._returns[i]), "l": core.steps},
                 }
-            self._begin(indices)
+            self._begin_pinned(indices)
         return core.observations, rewards, ended, infos
 
     def close(self) -> None:
         """Nothing to release."""
 
-    def get_state(self) -> EnvironmentState:
-        """Everything that the coming steps depend on, the random generators included; see `DrillRigEnv.get_state`."""
-        return self.core.get_state(
-            type(self).__name__,
-            generators=self._generators.states.copy(),
-            returns=self._returns.copy(),
-            options=self._options,
-            picture=None if self._pictures is None else self._pictures.memory(),
-        )
+    def _own_state(self) -> dict[str, Any]:
+        return {"returns": self._returns.copy(), "options": self._options}
 
-    def set_state(self, state: EnvironmentState) -> None:
-        """Go on from a state that `get_state` gave, here or in another environment of the same task and size.
-
-        Raises `ValueError` for a state of another task, number of rigs or form.
-        """
-        own = checked_state(state, type(self).__name__).own
-        self.core.set_state(state)
-        self._generators.states[:] = own["generators"]
-        self._returns[:] = own["returns"]
-        self._options = own["options"]
-        if self._pictures is not None and own["picture"] is not None:
-            self._pictures.recall(own["picture"])
+    def _take_own_state(self, own: Any) -> None:
+        self._returns[:], self._options = own["returns"], own["options"]
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of this environment, once for each of `indices`."""
@@ -175,13 +150,11 @@ class DrillRigVecEnv(PicturedRigs, PlaysTask, VecEnv):
         """The rigs as RGB, a frame of shape (540, 960, 3) each, in the mode "rgb_array"; otherwise None for each."""
         return [None] * self.num_envs if self._pictures is None else self._pictures.frames()
 
-    def _begin(self, rigs: npt.NDArray[np.intp]) -> None:
-        """Begin an episode in the rigs of these numbers, with what is pinned."""
+    def _begin_pinned(self, rigs: npt.NDArray[np.intp]) -> None:
+        """Begin an episode in the rigs of these numbers, with what `set_options` has pinned."""
         self._returns[rigs] = 0.0
         pinned = np.array([id(options) for options in self._options])[rigs]  # one dictionary for all, or one each
         for one in dict.fromkeys(pinned.tolist()):
             some = rigs[pinned == one]
             pins = pins_of(self._options[some[0]], some, self.num_envs)
-            self.core.reset(some, self._generators.uniforms(some), pins)
-        if self._pictures is not None:
-            self._pictures.begin(rigs)
+            self._begin(some, pins)

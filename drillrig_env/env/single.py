@@ -2,54 +2,25 @@
 
 from __future__ import annotations
 
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from drillrig_env.env.attributes import GymnasiumForm
-from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import check_seed
-from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE
+from drillrig_env.env.info import REWARD, STEP, next_info
+from drillrig_env.env.one import OneRig
 from drillrig_env.env.scenario import UNIFORMS
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
-
-if TYPE_CHECKING:
-    from drillrig_env.env.rendering import RigPicture
 
 _ACTION_SHAPE = (1,)
 _ONLY = np.zeros(1, dtype=np.intp)
-_NOT_YET = np.array(False)
-_BOUND = ("_advance", "_seen", "_numbers", "_counts", "_picture")  # what only holds for the arrays of this very one
 
 
-def _place(name: str, index: int = 0) -> int:
-    """Where a field of a rig's record stands among its entries of 8 bytes."""
-    fields: Any = EPISODE.fields
-    return int(fields[name][1]) // 8 + index
-
-
-_CHANGING = {
-    "bit_speed": _place("state", 2),
-    "top_speed": _place("state", 4),
-    "speed_reference": _place("speed_reference"),
-    "normal_force": _place("normal_force"),
-    "torque_into_string": _place("torque_into_string"),
-    "reward_variance": _place("terms", 0),
-    "reward_tracking": _place("terms", 1),
-    "reward_action": _place("terms", 2),
-}
-_changing = itemgetter(*_CHANGING.values())
-_REWARD, _STEP = _place("reward"), _place("step")
-
-
-class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
+class DrillRigEnv(OneRig):
     """## Description
     A drill string winds up like a spring: the bit sticks, breaks loose, races at twice its speed and
     sticks again. The environment is a laboratory rig that shows this stick-slip vibration: two discs
@@ -187,47 +158,10 @@ class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np
       `drive`; arguments are given by name.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
-        "render_modes": ["rgb_array", "human"],
-        "render_fps": round(1.0 / CONTROL_PERIOD),
-    }
-
     def __init__(self, task: TaskLike = None, *, render_mode: str | None = None, **fields: Any) -> None:
-        if render_mode not in (None, *self.metadata["render_modes"]):
-            allowed = ", ".join(self.metadata["render_modes"])
-            raise ValueError(f"render_mode = {render_mode!r} is not known; allowed: None, {allowed}")
-        self.core = EpisodeBatch(1, task, threads=1, **fields)
-        self.render_mode = render_mode
+        super().__init__(task, render_mode, fields)
         self.action_space = spaces.Box(-1.0, 1.0, _ACTION_SHAPE, np.float32)
         self.observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
-        self._action = np.zeros((1, 1), dtype=np.float32)
-        self._steps, self._info = self.core.steps, dict[str, Any]()
-        self._bind()
-
-    def __getstate__(self) -> dict[str, Any]:
-        self.core.observations = self._seen[None].copy()
-        state = {name: value for name, value in self.__dict__.items() if name not in _BOUND}
-        if self.render_mode == "human":  # there is one window, and it is not the copy's
-            return {**state, "render_mode": None}
-        return {**state, "_memory": None if self._picture is None else self._picture.memory()}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        memory = state.pop("_memory", None)
-        self.__dict__.update(state)
-        self._bind()
-        self._seen[:] = self.core.observations[0]
-        if self._picture is not None:
-            self._picture.recall(memory)
-
-    def _bind(self) -> None:
-        """Make what stands on the arrays of this very environment; a copy has others."""
-        seen = np.zeros((1, len(self.sensors.channels)), dtype=np.float32)
-        self._advance, self._seen = self.core.bound_step(self._action, seen), seen[0]
-        record = self.core.episodes[0]
-        entries = record.dtype.itemsize // 8
-        self._numbers: np.ndarray = np.ndarray(entries, np.float64, buffer=record.data)
-        self._counts: np.ndarray = np.ndarray(entries, np.int64, buffer=record.data)
-        self._picture = None if self.render_mode is None else self._make_picture(record)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -241,7 +175,7 @@ class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np
         if self._picture is not None:
             self._picture.begin()
         self._keep_info()
-        return self.core.observations[0], self._next_info()
+        return self.core.observations[0], next_info(self._info, self._numbers)
 
     def step(
         self, action: npt.NDArray[np.float32]
@@ -254,86 +188,14 @@ class DrillRigEnv(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np
         if (type(value) is not float and type(value) is not int) or value != value:
             raise ValueError(f"action = {rate} is not allowed; allowed: a number from -1 to 1")
         self._action[0, 0] = value
-        if self._counts.item(_STEP) >= self._steps:
+        if self._counts.item(STEP) >= self._steps:
             raise ResetNeeded(f"the episode of {self._steps} steps is over, or none has begun; call reset() first")
         if self._advance():
             self.core.refuse_lost()
         if self._picture is not None:
             self._picture.follow()
-        info = self._next_info()
-        truncated = self._counts.item(_STEP) >= self._steps
+        info = next_info(self._info, self._numbers)
+        truncated = self._counts.item(STEP) >= self._steps
         if truncated:
             info["is_success"] = self.core.mitigated[0, ...]
-        return self._seen.copy(), self._numbers.item(_REWARD), False, truncated, info
-
-    def get_state(self) -> EnvironmentState:
-        """Everything that the coming steps depend on, the random generator included; `set_state` comes back to it."""
-        generator = None if self._np_random is None else self._np_random.bit_generator.state
-        memory = None if self._picture is None else self._picture.memory()
-        self.core.observations = self._seen[None].copy()
-        return self.core.get_state(type(self).__name__, generator=generator, seed=self._np_random_seed, picture=memory)
-
-    def set_state(self, state: EnvironmentState) -> None:
-        """Go on from a state that `get_state` gave, here or in another environment of the same task.
-
-        Raises `ValueError` for a state of another task or form.
-        """
-        own = checked_state(state, type(self).__name__).own
-        self.core.set_state(state)
-        self._seen[:] = self.core.observations[0]
-        if own["generator"] is None:
-            self._np_random = None
-        else:
-            self.np_random.bit_generator.state = own["generator"]
-        self._np_random_seed = own["seed"]
-        if self._picture is not None and own["picture"] is not None:
-            self._picture.recall(own["picture"])
-        self._keep_info()
-
-    def render(self) -> npt.NDArray[np.uint8] | None:
-        """The rig as RGB of shape (540, 960, 3) in the mode "rgb_array"; otherwise None.
-
-        In the mode "human" `reset` and `step` show the rig by themselves. Raises `ResetNeeded` before
-        the first episode.
-        """
-        if self._picture is None:
-            gym.logger.warn(
-                "render() does nothing without a render_mode; name one when the environment is made, "
-                'for example gym.make("DrillRig-v0", render_mode="rgb_array")'
-            )
-            return None
-        if not self._picture.began:
-            raise ResetNeeded("there is no episode to draw yet; call reset() first")
-        if self.render_mode == "rgb_array":
-            return self._picture.frame()
-        self._picture.show()
-        return None
-
-    def close(self) -> None:
-        """Close the window of the mode "human"."""
-        if self._picture is not None:
-            self._picture.close()
-
-    def _make_picture(self, record: np.void) -> RigPicture:
-        from drillrig_env.env.rendering import RigPicture
-
-        return RigPicture(self.core.rig, record, self.render_mode == "human", self.metadata["render_fps"])
-
-    def _keep_info(self) -> None:
-        """Keep what every info of the episode says alike; making numbers costs more than the physics of a step."""
-        self._info = {name: values[0] for name, values in self.core.info().items()}
-
-    def _next_info(self) -> dict[str, Any]:
-        info = self._info.copy()
-        (
-            info["bit_speed"],
-            info["top_speed"],
-            info["speed_reference"],
-            info["normal_force"],
-            info["torque_into_string"],
-            info["reward_variance"],
-            info["reward_tracking"],
-            info["reward_action"],
-        ) = _changing(self._numbers)
-        info["is_success"] = _NOT_YET.copy()
-        return info
+        return self._seen.copy(), self._numbers.item(REWARD), False, truncated, info

@@ -20,7 +20,7 @@ class EnvironmentState:
     Scenario, reward and slew limit are those of the state again.
     """
 
-    form: str  # name of the class that it is a state of
+    form: str  # what it is a state of: a class, and its way to begin episodes
     task: Task
     steps: int  # of an episode
     episodes: np.ndarray  # records of `drillrig_env.env.kernel.EPISODE`, one a rig

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -14,39 +14,19 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
-from drillrig_env.env.core import EpisodeBatch, Observations
-from drillrig_env.env.generators import EpisodeGenerators
+from drillrig_env.env.core import Observations
 from drillrig_env.env.kernel import CONTROL_PERIOD
+from drillrig_env.env.many import ManyRigs, check_actions
 from drillrig_env.env.scenario import options_of
 from drillrig_env.env.sensors import LIMIT
-from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
 from drillrig_env.parameters import refuse
-
-if TYPE_CHECKING:
-    from drillrig_env.env.rendering import RigPictures
 
 Step = tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
 Seeds = int | Sequence[int | None] | npt.NDArray[np.integer] | None
 
 
-class PicturedRigs:
-    """Copies of many rigs: each draws its own pictures, going on from what those of the original knew."""
-
-    core: EpisodeBatch
-    render_mode: str | None
-    _pictures: RigPictures | None
-
-    def __getstate__(self) -> dict[str, Any]:
-        memory = None if self._pictures is None else self._pictures.memory()
-        return {**self.__dict__, "_pictures": memory}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._pictures = pictures_of(self.core, self.render_mode, state["_pictures"])
-
-
-class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
     """N rigs of `DrillRig-v0` side by side; `DrillRigEnv` describes spaces, reward, infos and arguments.
 
     Rig i with the seed s is, bit for bit, the single environment with the seed s + i, whatever the
@@ -68,9 +48,8 @@ class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt
         render_mode: str | None = None,
         **fields: Any,
     ) -> None:
-        self.core = EpisodeBatch(num_envs, task, threads=threads, **fields)
+        self._make(num_envs, task, threads, render_mode, fields)
         self.num_envs = len(self.core)
-        self.render_mode = render_mode
         self.autoreset_mode = check_autoreset_mode(autoreset_mode)
         self.metadata = {
             "render_modes": ["rgb_array"],
@@ -81,10 +60,7 @@ class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt
         self.single_observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self._generators = EpisodeGenerators(self.num_envs)
-        self.core.seeds = self._generators.seeds
         self._everywhere = np.ones(self.num_envs, dtype=np.bool_)
-        self._pictures = pictures_of(self.core, render_mode)
 
     def reset(
         self, *, seed: Seeds = None, options: dict[str, Any] | None = None
@@ -110,9 +86,7 @@ class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt
         over = core.ended
         if over.any() and (self.autoreset_mode != AutoresetMode.NEXT_STEP or not self._generators.seeded):
             raise ResetNeeded(f"the episode of rig {int(np.argmax(over))} is over, or none has begun; reset it first")
-        core.step(rates)
-        if self._pictures is not None:
-            self._pictures.follow()
+        self._advance(rates)
         rewards = core.episodes["reward"].copy()
         if over.any():
             self._begin(np.flatnonzero(over))
@@ -129,22 +103,6 @@ class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt
             self._begin(np.flatnonzero(truncated))
             info = {**self._info(), **final}
         return core.observations.copy(), rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
-
-    def get_state(self) -> EnvironmentState:
-        """Everything that the coming steps depend on, the random generators included; see `DrillRigEnv.get_state`."""
-        memory = None if self._pictures is None else self._pictures.memory()
-        return self.core.get_state(type(self).__name__, generators=self._generators.states.copy(), picture=memory)
-
-    def set_state(self, state: EnvironmentState) -> None:
-        """Go on from a state that `get_state` gave, here or in another environment of the same task and size.
-
-        Raises `ValueError` for a state of another task, number of rigs or form.
-        """
-        own = checked_state(state, type(self).__name__).own
-        self.core.set_state(state)
-        self._generators.states[:] = own["generators"]
-        if self._pictures is not None and own["picture"] is not None:
-            self._pictures.recall(own["picture"])
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """A method of this environment, called once, or an attribute; the result once for each rig."""
@@ -180,31 +138,14 @@ class DrillRigVectorEnv(PicturedRigs, GymnasiumForm, VectorEnv[Observations, npt
         )
         return None
 
-    def _begin(self, rigs: npt.NDArray[np.intp], pins: dict[str, Any] | None = None) -> None:
-        """Begin an episode in the rigs of these numbers."""
-        if len(rigs) == 0:
-            return
-        self.core.reset(rigs, self._generators.uniforms(rigs), pins)
-        if self._pictures is not None:
-            self._pictures.begin(rigs)
+    @property
+    def _form(self) -> str:
+        """Which episodes are begun when depends on the mode as well."""
+        return f"{super()._form} in the mode {self.autoreset_mode.value}"
 
     def _info(self) -> dict[str, Any]:
         info, everywhere = self.core.info(), self._everywhere.copy()  # what is given away may be written into
         return {**info, **{f"_{name}": everywhere for name in info}}
-
-
-def pictures_of(core: EpisodeBatch, render_mode: str | None, memory: list[Any] | None = None) -> RigPictures | None:
-    """The pictures of a batch that is rendered, going on from what others knew. `ValueError` for an unknown mode."""
-    if render_mode is None:
-        return None
-    if render_mode != "rgb_array":
-        raise ValueError(f"render_mode = {render_mode!r} is not known for many rigs; allowed: None, rgb_array")
-    from drillrig_env.env.rendering import RigPictures
-
-    pictures = RigPictures(core.rig, core.episodes)
-    if memory is not None:
-        pictures.recall(memory)
-    return pictures
 
 
 def check_autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
@@ -214,17 +155,3 @@ def check_autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
     except ValueError as error:
         names = ", ".join(known.value for known in AutoresetMode)
         raise refuse("DrillRig", "autoreset_mode", repr(mode), "", names) from error
-
-
-def check_actions(actions: npt.NDArray[np.float32], rigs: int) -> npt.NDArray[np.float32]:
-    """Actions as float32 of shape (rigs, 1). `ValueError` for another shape, no numbers and NaN, with its rig."""
-    given = np.asarray(actions)
-    if given.shape != (rigs, 1):
-        raise ValueError(f"actions of shape {given.shape} are not allowed; allowed: shape ({rigs}, 1), -1 to 1")
-    if given.dtype.kind not in "fiu":
-        raise ValueError(f"actions of {given.dtype} are not allowed; allowed: numbers from -1 to 1")
-    rates = np.ascontiguousarray(given, dtype=np.float32)
-    bad = np.isnan(rates)
-    if bad.any():
-        raise ValueError(f"action = nan for rig {int(np.argmax(bad))} is not allowed; allowed: a number from -1 to 1")
-    return rates

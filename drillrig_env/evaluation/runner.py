@@ -12,7 +12,7 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.vector import check_actions
+from drillrig_env.env.many import check_actions
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES

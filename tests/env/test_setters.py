@@ -110,6 +110,24 @@ def test_what_an_environment_is_made_for_cannot_be_set(how, name):
         give(name, None)
 
 
+@pytest.mark.parametrize("how", ["wrapper", "vector", "vector of Gymnasium", "sb3"])
+@pytest.mark.parametrize("name", ["core", "_advance", "task"])
+def test_what_an_environment_is_made_of_cannot_be_set(how, name):
+    env, give = made()[how]
+    begin(env)
+    with pytest.raises(AttributeError, match=f"set_attr: {name} cannot be changed; scenario, reward and"):
+        give(name, 1)
+    step(env)
+
+
+def test_a_wrapper_may_have_attributes_of_its_own():
+    env = gym.make("DrillRig-v0")
+    env.set_wrapper_attr("note", "mine")
+    assert env.get_wrapper_attr("note") == "mine"
+    with pytest.raises(AttributeError, match="no attribute 'note'"):
+        env.unwrapped.set_wrapper_attr("note", "mine")
+
+
 @pytest.mark.parametrize("name", TASK_FIELDS)
 def test_fields_can_be_read_on_every_form(name):
     core = EpisodeBatch(2)

@@ -130,10 +130,32 @@ def test_a_state_of_another_number_of_rigs_length_or_form_is_refused():
     short = gym.make_vec("DrillRig-v0", num_envs=2, max_episode_steps=50)
     with pytest.raises(ValueError, match="of 600 steps is not allowed; allowed: 50"):
         short.set_state(two.get_state())
-    with pytest.raises(ValueError, match="a state of DrillRigVectorEnv is not allowed; allowed: one of DrillRigVecEnv"):
+    with pytest.raises(ValueError, match=r"DrillRigVectorEnv in the mode NextStep is not allowed; .*VecEnv"):
         drillrig_env.make_sb3(2).set_state(two.get_state())
     with pytest.raises(ValueError, match="what get_state"):
         of().set_state(None)
+
+
+@pytest.mark.parametrize("mode", ["SameStep", "Disabled"])
+def test_a_state_of_another_way_to_begin_episodes_is_refused(mode):
+    next_step, other = (gym.make_vec("DrillRig-v0", num_envs=2, autoreset_mode=name) for name in ("NextStep", mode))
+    next_step.reset(seed=0)
+    before = next_step.core.episodes.copy()
+    other.reset(seed=1)
+    with pytest.raises(ValueError, match=f"in the mode {mode} is not allowed; allowed: .*mode NextStep"):
+        next_step.set_state(other.get_state())
+    np.testing.assert_array_equal(next_step.core.episodes, before)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_an_error_names_the_seed_of_the_state(form):
+    player, other = Player(form), Player(form)
+    player.reset(seed=5)
+    other.reset(seed=17)
+    bare(other).set_state(bare(player).get_state())
+    other.env.unwrapped.core.episodes["state"][0, 2] = np.nan
+    with pytest.raises(FloatingPointError, match=r"of rig 0 \(seed 5\)"):
+        other.run(1)
 
 
 def test_the_batch_core_has_states_too():

@@ -93,6 +93,31 @@ def test_an_environment_can_be_made_again_from_its_spec():
         np.testing.assert_array_equal(again.reset(seed=1)[0], env.reset(seed=1)[0])
 
 
+@pytest.mark.parametrize(
+    "arguments", [{"duration": 120.0}, {"duration": 20.0}, {"task": {"duration": 120.0}}, {"task": Task(duration=20.0)}]
+)
+def test_a_spec_of_another_length_is_refused_and_the_ways_out_give_the_length_that_is_asked_for(arguments):
+    one, two = gym.make("DrillRig-v0").spec, vector().spec
+    steps = Task.of(**arguments).steps
+    for make in (
+        lambda **more: gym.make(one, **arguments, **more),
+        lambda **more: gym.make_vec(one, num_envs=2, **arguments, **more),
+        lambda **more: gym.make_vec(two, **arguments, **more),
+    ):
+        with pytest.raises(ValueError, match=rf"after 600 steps; allowed: with max_episode_steps={steps}"):
+            make()
+        env = make(max_episode_steps=steps)
+        assert env.spec.max_episode_steps == env.unwrapped.core.steps == steps
+    assert gym.make(one.id, **arguments).spec.max_episode_steps == steps
+
+
+@pytest.mark.parametrize("arguments", [{}, {"duration": 120.0}])
+def test_a_spec_of_episodes_that_are_cut_short_makes_such_again(arguments):
+    cut = gym.make("DrillRig-v0", max_episode_steps=50, **arguments).spec
+    assert gym.make(cut).spec.max_episode_steps == 50
+    assert gym.make_vec(vector(max_episode_steps=50, **arguments).spec).core.steps == 50
+
+
 def test_shorter_episodes_are_the_beginnings_of_longer_ones_and_are_judged():
     calm = {"start": "steady", "normal_force": 10.0, "speed_target": 4.0, "load_steps": []}
     short, long, wrapped = vector(max_episode_steps=50), vector(), gym.make("DrillRig-v0", max_episode_steps=50)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.mutants import __main__ as command
+from tests.mutants import rooms
 from tests.mutants.bench import Bench, Outcome
 from tests.mutants.campaign import try_all
 from tests.mutants.mutation import mutants_of
@@ -258,3 +259,11 @@ def test_unknown_rooms_and_impossible_numbers_are_refused(arguments, words, caps
 def test_a_file_of_no_room_is_refused(capsys):
     assert command.main(["--file", "drillrig_env/nosuch.py"]) == 2
     assert "nosuch.py" in capsys.readouterr().err
+
+
+def test_files_and_tests_that_are_named_are_there():
+    root = Path(__file__).parents[2]
+    for file, tests in rooms._BESIDE.items():
+        assert (root / file).is_file(), file
+        for test in tests:
+            assert (root / test).is_file(), test

@@ -1,0 +1,64 @@
+"""What a single rig's record says in every info, read number by number.
+
+Making NumPy scalars of a record's fields by name costs more than the physics of a step; an entry of an array of plain
+numbers does not.
+"""
+
+from __future__ import annotations
+
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+
+from drillrig_env.env.kernel import EPISODE
+
+
+def _place(name: str, index: int = 0) -> int:
+    """Where a field of a rig's record stands among its entries of 8 bytes."""
+    fields: Any = EPISODE.fields
+    return int(fields[name][1]) // 8 + index
+
+
+REWARD, STEP = _place("reward"), _place("step")
+"""Where the reward stands among the numbers, and the control steps done among the counts."""
+
+_changing = itemgetter(
+    _place("state", 2),
+    _place("state", 4),
+    _place("speed_reference"),
+    _place("normal_force"),
+    _place("torque_into_string"),
+    _place("terms", 0),
+    _place("terms", 1),
+    _place("terms", 2),
+)
+_NOT_YET = np.array(False)
+
+
+def entries_of(record: np.void) -> tuple[np.ndarray, np.ndarray]:
+    """The entries of a record as numbers and as counts, both views of it: each says what its fields of that kind hold.
+
+    `record` is one of `drillrig_env.env.kernel.EPISODE`.
+    """
+    entries = record.dtype.itemsize // 8
+    numbers: np.ndarray = np.ndarray(entries, np.float64, buffer=record.data)
+    counts: np.ndarray = np.ndarray(entries, np.int64, buffer=record.data)
+    return numbers, counts
+
+
+def next_info(kept: dict[str, Any], numbers: np.ndarray) -> dict[str, Any]:
+    """The info of a control step: what all of the episode say alike is in `kept`, the rest among the `numbers`."""
+    info = kept.copy()
+    (
+        info["bit_speed"],
+        info["top_speed"],
+        info["speed_reference"],
+        info["normal_force"],
+        info["torque_into_string"],
+        info["reward_variance"],
+        info["reward_tracking"],
+        info["reward_action"],
+    ) = _changing(numbers)
+    info["is_success"] = _NOT_YET.copy()
+    return info
