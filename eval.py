@@ -2,7 +2,7 @@
 
 import sys
 
-from drillrig_env.cli.evaluate import main
+from drillrig_env.cli import start
 
 if __name__ == "__main__":
-    sys.exit(main(prog="python eval.py"))
+    sys.exit(start("evaluate", None, "python eval.py"))

@@ -20,6 +20,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from drillrig_env.starting import imports_begin
+
+if __name__ == "__main__":
+    imports_begin()
+
+# isort: split
 from agents.policy.run_folder import is_run
 from agents.training.hyperparameters import ALGORITHMS, read_yaml
 from agents.training.seeds import resume_seeds, train_seeds

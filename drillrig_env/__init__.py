@@ -13,6 +13,12 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from drillrig_env.starting import imports_begin, is_command
+
+if is_command():
+    imports_begin()
+
+# isort: split
 from drillrig_env.env.registration import ENVIRONMENTS, register_envs
 from drillrig_env.moved import keep_former_names
 

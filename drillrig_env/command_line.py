@@ -24,6 +24,7 @@ from functools import partial, wraps
 from typing import Any, NoReturn, ParamSpec
 
 from drillrig_env.parameters import closest
+from drillrig_env.starting import imports_end
 
 DONE, FAILED, BAD_ARGUMENTS, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
 
@@ -108,6 +109,7 @@ def command(main: Callable[P, int | None]) -> Callable[P, int]:
 
     @wraps(main)
     def run(*args: P.args, **settings: P.kwargs) -> int:
+        imports_end()
         try:
             with sigterm_as_exception():
                 return main(*args, **settings) or DONE

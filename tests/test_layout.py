@@ -19,6 +19,7 @@ FLOORS = [
         "command_line",
         "extras",
         "progress",
+        "starting",
         "moved",
         "jit",
     ],

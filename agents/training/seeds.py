@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import multiprocessing
 import os
 import signal
@@ -10,6 +12,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from multiprocessing.connection import wait
 from multiprocessing.context import SpawnProcess
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -28,7 +31,7 @@ from drillrig_env.parameters import refuse
 
 _LOOK = 0.2  # s between two looks at the processes
 _LINES = 10.0  # s between two lines about each of them, where the output is no terminal
-_GRACE, _HARD = 3.0, 4.0  # s after a stop: until then a rollout may end; then processes save at once; then they go
+_GRACE, _HARD = 2.5, 3.5  # s after a stop: until then a rollout may end; then processes save at once; then they go
 
 
 def train_seeds(training: Training, seeds: int, jobs: int = 1) -> Path:
@@ -74,6 +77,7 @@ def resume_seeds(parent: Path, jobs: int = 1, threads: int | None = None, progre
 
 def _run(folders: Sequence[Path], parent: Path, jobs: int, threads: int | None, progress: bool) -> None:
     """Train what the folders' configs say in processes, `jobs` at a time, and show how far each is."""
+    _end_quickly()
     os.environ.update({f"{library}_NUM_THREADS": "1" for library in ("OMP", "MKL", "OPENBLAS")})
     spawn = multiprocessing.get_context("spawn")
     stop = spawn.Event()
@@ -90,9 +94,9 @@ def _run(folders: Sequence[Path], parent: Path, jobs: int, threads: int | None, 
             while running or (waiting and not asked):
                 while waiting and len(running) < jobs and not asked:
                     folder, process = next(iter(waiting.items()))
-                    process.start()
+                    _start(process)
                     running[folder] = waiting.pop(folder)
-                time.sleep(_LOOK)
+                wait([process.sentinel for process in running.values()], _LOOK)
                 if asked and not stop.is_set():
                     stop.set()
                     stopped = time.monotonic()
@@ -124,6 +128,7 @@ def _train_one(folder: Path, threads: int | None, stop: Event) -> None:
     Ctrl-C in a terminal reaches this process too, and is left to the one that started it.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _end_quickly()
     parent = multiprocessing.parent_process()
 
     def asked() -> bool:
@@ -138,6 +143,24 @@ def _train_one(folder: Path, threads: int | None, stop: Event) -> None:
     except (ValueError, OSError, ImportError, Failed) as error:
         print("; ".join([f"{folder}: error: {error}", *getattr(error, "__notes__", [])]), file=sys.stderr, flush=True)
         sys.exit(FAILED)
+
+
+def _start(process: SpawnProcess) -> None:
+    """Start a process that Ctrl-C in a terminal does not reach, also while it still imports what it needs."""
+    if os.name == "nt":
+        process.start()
+        return
+    earlier = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the process inherits this
+    try:
+        process.start()
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, earlier)
+
+
+def _end_quickly() -> None:
+    """Let this process not look for cycles among all objects of PyTorch when it ends; on busy cores that takes 2 s."""
+    atexit.unregister(gc.freeze)
+    atexit.register(gc.freeze)
 
 
 @contextmanager

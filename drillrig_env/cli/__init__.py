@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 
 from drillrig_env.command_line import Parser
 from drillrig_env.parameters import closest
+from drillrig_env.starting import imports_begin, imports_end
 
 COMMANDS: Mapping[str, tuple[str, str]] = {
     "info": ("drillrig_env.cli.info", "a rig in numbers: parameters, critical speed, fold, periods; write a rig file"),
@@ -66,6 +67,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     if chosen.command not in COMMANDS:
         parser.error(f"command {chosen.command!r} is not known; {closest(chosen.command, COMMANDS)}")
-    module = importlib.import_module(COMMANDS[chosen.command][0])
-    code: int = module.main(words[1:], prog=f"drillrig {chosen.command}")
+    return start(chosen.command, words[1:], f"drillrig {chosen.command}")
+
+
+def start(command: str, arguments: Sequence[str] | None, prog: str) -> int:
+    """Import a command and let it do the rest; its exit code. `prog` is what it calls itself."""
+    imports_begin()
+    module = importlib.import_module(COMMANDS[command][0])
+    imports_end()
+    code: int = module.main(arguments, prog=prog)
     return code

@@ -1,5 +1,6 @@
 """Several seeds side by side: stopped together within seconds, and gone on with, also where they had not begun."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -76,7 +77,25 @@ def test_processes_that_do_not_stop_are_stopped_within_five_seconds():
     for waited in (1.0, seeds._GRACE + 0.1, seeds._GRACE + 0.3, seeds._HARD + 0.1):
         seeds._press([process], pressed, waited)
     assert told == ["terminate", "kill"]
-    assert seeds._GRACE < seeds._HARD < 5.0 - 2 * seeds._LOOK
+    assert seeds._GRACE < seeds._HARD < 4.0 - 2 * seeds._LOOK  # a second for the process itself to end
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals between processes")
+def test_ctrl_c_does_not_reach_a_training_that_is_still_importing():
+    process = multiprocessing.get_context("spawn").Process(target=signal.raise_signal, args=(signal.SIGINT,))
+    seeds._start(process)
+    process.join()
+    assert process.exitcode == 0
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_the_end_of_a_process_does_not_look_through_all_objects():
+    program = (
+        "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0)); import agents.training.seeds"
+    )
+    for call, frozen in (("", "False"), ("; agents.training.seeds._end_quickly()", "True")):
+        ended = subprocess.run([sys.executable, "-c", program + call], cwd=ROOT, capture_output=True, text=True)
+        assert ended.stdout.strip() == frozen
 
 
 def test_seeds_that_had_not_begun_are_gone_on_with(tmp_path, monkeypatch):
