@@ -1,4 +1,4 @@
-"""A stop while a command still imports: a line, a code and no traceback; in a program of one's own, what Python does."""
+"""A stop while a command still imports: a line, a code and no traceback; other programs are left alone."""
 
 import os
 import signal
@@ -43,7 +43,8 @@ def run(tmp_path, name, *words):
 )
 def test_ctrl_c_while_a_command_imports_is_a_line_and_130(words, tmp_path):
     ended = run(tmp_path, "SIGINT", *words)
-    assert (ended.returncode, ended.stderr) == (130, "stopped by Ctrl-C\n")
+    assert (ended.returncode, ended.stderr.splitlines()[-1]) == (130, "stopped by Ctrl-C")
+    assert "Traceback" not in ended.stderr
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signals between processes")
