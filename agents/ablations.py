@@ -33,12 +33,14 @@ from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.progress import bars
 from agents.training.settings import checked_config
 from agents.variants import VARIANTS, Variant
-from drillrig_env.command_line import Parser, command, whole
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import default_suite
 from drillrig_env.files import check_writable, write_text
+from drillrig_env.flags import of_kind
 from drillrig_env.parameters import refuse
 from drillrig_env.seeds import VALIDATION_SEEDS
 
@@ -56,10 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     names = [variant.name for variant in VARIANTS]
     parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("--variants", nargs="+", choices=names, default=names, help="which (default: all)")
-    parser.add_argument("--steps", type=whole(), default=STEPS, help=f"of each training (default: {STEPS})")
-    parser.add_argument("--seeds", type=whole(), default=SEEDS, help=f"of each variant (default: {SEEDS})")
-    parser.add_argument("--rigs", type=whole(), default=RIGS, help=f"that each is scored on (default: {RIGS})")
-    parser.add_argument("--threads", type=whole(), help="threads that step the rigs (default: all cores)")
+    parser.add_argument("--steps", type=of_kind(COUNT), default=STEPS, help=f"of each training (default: {STEPS})")
+    parser.add_argument("--seeds", type=of_kind(COUNT), default=SEEDS, help=f"of each variant (default: {SEEDS})")
+    parser.add_argument("--rigs", type=of_kind(COUNT), default=RIGS, help=f"that each is scored on (default: {RIGS})")
+    parser.add_argument("--threads", type=of_kind(COUNT), help="threads that step the rigs (default: all cores)")
     parser.add_argument("--output", type=Path, default=FILE, help=f"file to write (default: {FILE})")
     chosen = parser.parse_args(arguments)
     line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])

@@ -43,6 +43,7 @@ from drillrig_env.parameters import closest, refuse
 from drillrig_env.seeds import TUNING_SEEDS
 
 COMMAND = "python -m baselines.tune"
+_SEEDS = Allowed(TUNING_SEEDS.start, TUNING_SEEDS[-1], whole=True)
 _SUITES = ("default", "wide", "load", "degraded")
 _LINE = 20  # tries between two lines where the output is no terminal
 _POPULATION = 6  # tries a generation, for each gain
@@ -204,7 +205,7 @@ def _parser() -> Parser:
     add("--rigs", type=count, default=150, help="rigs of each suite in a try (default: 150)")
     add("--budget", type=count, default=240, help="tries, about (default: 240)")
     add("--seed", type=of_kind(Allowed(low=0, whole=True)), default=0, help="of the search (default: 0)")
-    add("--first-seed", type=int, default=TUNING_SEEDS.start, help="of the rigs (default: %(default)s)")
+    add("--first-seed", type=of_kind(_SEEDS), default=TUNING_SEEDS.start, help="of the rigs (default: %(default)s)")
     add("--check", type=count, default=1000, help="fresh rigs of each suite for the check (default: 1000)")
     add("--output", type=Path, default=Path(RECORD.name), help="the record (default: %(default)s in this folder)")
     add("--resume", action="store_true", help="go on with a search that was stopped, given the same arguments")

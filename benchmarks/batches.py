@@ -39,8 +39,10 @@ from benchmarks.measure import (
 )
 from benchmarks.peers import BATCH_PEERS
 from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
+from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.arrays import FloatArray
-from drillrig_env.command_line import Parser, above_zero, command, whole
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import of_kind
 from drillrig_env.jit.threads import available_threads
 
 SIZES = (1, 16, 256, 4096, 65536)
@@ -188,11 +190,15 @@ def report(results: list[Result]) -> None:
 def main() -> None:
     """Measure all solvers over all sizes and print the tables."""
     parser = Parser(prog="python -m benchmarks.batches", description=__doc__)
-    parser.add_argument("--repeats", type=whole(), default=5, help="timings of which the median counts (default: 5)")
-    parser.add_argument("--quick", action="store_true", help="a first look: up to 256 rigs, 2 repeats, a minute or two")
-    parser.add_argument("--limit", type=above_zero, default=60.0, help="longest run of a batch, s (default: 60)")
     parser.add_argument(
-        "--sizes", type=whole(), nargs="+", default=list(SIZES), help="numbers of rigs (default: %(default)s)"
+        "--repeats", type=of_kind(COUNT), default=5, help="timings of which the median counts (default: 5)"
+    )
+    parser.add_argument("--quick", action="store_true", help="a first look: up to 256 rigs, 2 repeats, a minute or two")
+    parser.add_argument(
+        "--limit", type=of_kind(POSITIVE, "s"), default=60.0, help="longest run of a batch, s (default: 60)"
+    )
+    parser.add_argument(
+        "--sizes", type=of_kind(COUNT), nargs="+", default=list(SIZES), help="numbers of rigs (default: %(default)s)"
     )
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="only solvers with NAME in theirs")
     parser.add_argument(

@@ -32,7 +32,9 @@ from gymnasium.utils import performance
 
 from benchmarks.environment_peers import LARGEST, OURS, Environment, Peer, peers
 from benchmarks.measure import in_new_process, kept, note, print_table, write_json
-from drillrig_env.command_line import Parser, above_zero, command, whole
+from drillrig_env.allowed import COUNT, POSITIVE
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import of_kind
 from drillrig_env.jit.threads import available_threads
 
 SIZES = (1, 64, 256, 1024, 4096, 16_384, LARGEST)
@@ -190,9 +192,13 @@ def tabulate(results: dict[str, Any]) -> None:
 def main(arguments: list[str] | None = None) -> None:
     """Measure, write the figures after every size, and print the table."""
     parser = Parser(prog="python -m benchmarks.environments", description=__doc__)
-    parser.add_argument("--repeats", type=whole(), help="runs of which the median counts (default: 5; quick: 1)")
-    parser.add_argument("--seconds", type=above_zero, help="shortest length of a run, s (default: 1; quick: 0.2)")
-    parser.add_argument("--sizes", type=whole(), nargs="+", metavar="N", help=f"numbers of copies (default: {SIZES})")
+    parser.add_argument("--repeats", type=of_kind(COUNT), help="runs of which the median counts (default: 5; quick: 1)")
+    parser.add_argument(
+        "--seconds", type=of_kind(POSITIVE, "s"), help="shortest length of a run, s (default: 1; quick: 0.2)"
+    )
+    parser.add_argument(
+        "--sizes", type=of_kind(COUNT), nargs="+", metavar="N", help=f"numbers of copies (default: {SIZES})"
+    )
     parser.add_argument("--quick", action="store_true", help=f"a first look: sizes {QUICK_SIZES}, one short run each")
     parser.add_argument(
         "--json", type=Path, default=Path("results/benchmarks/environments.json"), help="where to write"

@@ -31,8 +31,10 @@ from benchmarks.peers.peer import Peer, Run, Setting, asked_for, left_out
 from benchmarks.peers.project import DEFAULT, LIBRARY, LOOSE, compile_seconds
 from benchmarks.peers.scipy_solvers import CHAPTER
 from drillrig_env import simulate
+from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray
-from drillrig_env.command_line import Parser, command, whole
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import of_kind
 
 DURATION, JUDGED = 50.0, 20.0  # s
 Result = dict[str, Any]
@@ -157,7 +159,9 @@ def chosen(only: list[str], quick: bool) -> list[tuple[Peer, Setting]]:
 def main() -> None:
     """Measure all solvers and print the tables."""
     parser = Parser(prog="python -m benchmarks.solvers", description=__doc__)
-    parser.add_argument("--repeats", type=whole(), default=5, help="timings of which the median counts (default: 5)")
+    parser.add_argument(
+        "--repeats", type=of_kind(COUNT), default=5, help="timings of which the median counts (default: 5)"
+    )
     parser.add_argument("--quick", action="store_true", help="a first look: few settings, 2 repeats, about a minute")
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="only solvers with NAME in theirs")
     parser.add_argument(

@@ -23,7 +23,9 @@ import numpy as np
 from benchmarks.auto import FRICTION, HINT, LAWS, ONE_CORE, RIG, auto, is_installed
 from benchmarks.measure import in_new_process, kept, median_seconds, note, print_table, write_json
 from drillrig_env import Friction, Rig
-from drillrig_env.command_line import Parser, command, whole
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import of_kind
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.stability import bifurcation_diagram, critical_speed, fold_speed, hopf_and_fold_curves
 from drillrig_env.stability.bifurcation import slipping_branch
@@ -141,10 +143,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     add = parser.add_argument
     add(
         "--repeats",
-        type=whole(),
+        type=of_kind(COUNT),
         help=f"timings, whose median counts (default: {REPEATS}; quick: {QUICK_REPEATS})",
     )
-    add("--map", type=whole(), help=f"points along either side of the map (default: {SIZE}; quick: {QUICK_SIZE})")
+    add(
+        "--map", type=of_kind(COUNT), help=f"points along either side of the map (default: {SIZE}; quick: {QUICK_SIZE})"
+    )
     add("--quick", action="store_true", help="a first look: every analysis once, a small map")
     add("--json", type=Path, default=Path("results/benchmarks/stability.json"), help="where to write the figures")
     chosen = parser.parse_args(arguments)

@@ -30,7 +30,9 @@ from typing import Any
 
 import drillrig_env
 from benchmarks.measure import kept, note, print_table, write_json
-from drillrig_env.command_line import Parser, command, whole
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import of_kind
 
 TIMED = """
 import time
@@ -166,8 +168,12 @@ def tabulate(cases: Mapping[str, Any]) -> None:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, write the figures after each of them, and print the table."""
     parser = Parser(prog="python -m benchmarks.startup", description=__doc__)
-    parser.add_argument("--repeats", type=whole(), help="later processes, whose median counts (default: 5; quick: 1)")
-    parser.add_argument("--installs", type=whole(), help="fresh installs, whose median counts (default: 2; quick: 1)")
+    parser.add_argument(
+        "--repeats", type=of_kind(COUNT), help="later processes, whose median counts (default: 5; quick: 1)"
+    )
+    parser.add_argument(
+        "--installs", type=of_kind(COUNT), help="fresh installs, whose median counts (default: 2; quick: 1)"
+    )
     parser.add_argument("--quick", action="store_true", help="a first look: the fresh install alone, once")
     parser.add_argument("--json", type=Path, default=Path("results/benchmarks/startup.json"), help="where to write")
     chosen = parser.parse_args(arguments)

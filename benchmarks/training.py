@@ -29,8 +29,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.measure import kept, note, print_table, write_json
-from drillrig_env.command_line import Parser, command, whole
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
 from drillrig_env.extras import missing
+from drillrig_env.flags import of_kind
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.parameters import refuse
 
@@ -154,9 +156,15 @@ def main() -> None:
     add = parser.add_argument
     add("--algorithms", nargs="+", choices=list(SEEDS), default=list(SEEDS), help="which (default: both)")
     there = [number for number in (1, 2) if number <= available_threads()]
-    add("--cores", nargs="+", type=whole(), default=there, help="numbers of cores (default: 1 2, as far as there are)")
-    add("--seeds", type=whole(), help="training seeds 0, 1, ... of each algorithm (default: 5 of ppo, 3 of sac)")
-    add("--repeats", type=whole(), default=5, help="chunks that are timed in each run, at least (default: 5)")
+    add(
+        "--cores",
+        nargs="+",
+        type=of_kind(COUNT),
+        default=there,
+        help="numbers of cores (default: 1 2, as far as there are)",
+    )
+    add("--seeds", type=of_kind(COUNT), help="training seeds 0, 1, ... of each algorithm (default: 5 of ppo, 3 of sac)")
+    add("--repeats", type=of_kind(COUNT), default=5, help="chunks that are timed in each run, at least (default: 5)")
     add("--quick", action="store_true", help="speeds and shares alone, of one seed")
     add("--json", type=Path, default=Path("results/benchmarks/training.json"), help="file to write")
     arguments = parser.parse_args()

@@ -13,14 +13,13 @@ from __future__ import annotations
 
 import argparse
 import difflib
-import math
 import os
 import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial, wraps
+from functools import wraps
 from typing import Any, NoReturn, ParamSpec
 
 from drillrig_env.parameters import closest
@@ -67,32 +66,6 @@ class Parser(argparse.ArgumentParser):
         """Refuse what is not among an argument's choices, with the closest of them."""
         if action.choices is not None and value not in action.choices:
             raise argparse.ArgumentError(action, f"{value!r} is not known; {closest(str(value), action.choices)}")
-
-
-def whole(least: int = 1) -> Callable[[str], int]:
-    """The type of an argument that is a whole number of at least `least`."""
-    return partial(_whole, least)
-
-
-def above_zero(text: str) -> float:
-    """The type of an argument that is a finite number above 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"{text!r} is not allowed; allowed: a number above 0")
-    return value
-
-
-def _whole(least: int, text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = least - 1
-    if value < least:
-        raise argparse.ArgumentTypeError(f"{text!r} is not allowed; allowed: a whole number, {least} or more")
-    return value
 
 
 def command(main: Callable[P, int | None]) -> Callable[P, int]:

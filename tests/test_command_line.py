@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from drillrig_env.command_line import Failed, Parser, Terminated, above_zero, command, whole
+from drillrig_env.command_line import Failed, Parser, Terminated, command
 
 STOPPED = """
 import signal, sys
@@ -29,9 +29,6 @@ def parser():
     made = Parser(prog="python eval.py")
     made.add_argument("--rigs", type=int)
     made.add_argument("--suite", choices=["default", "wide"])
-    made.add_argument("--repeats", type=whole())
-    made.add_argument("--check", type=whole(0))
-    made.add_argument("--seconds", type=above_zero)
     return made
 
 
@@ -56,13 +53,6 @@ def test_a_flag_cut_short_is_not_taken_for_another(parser, capsys):
     ("arguments", "words"),
     [
         (["--suite", "defualt"], "argument --suite: 'defualt' is not known; did you mean default? allowed: default"),
-        (["--repeats", "0"], "argument --repeats: '0' is not allowed; allowed: a whole number, 1 or more"),
-        (["--repeats", "1.5"], "'1.5' is not allowed"),
-        (["--check", "-1"], "allowed: a whole number, 0 or more"),
-        (["--seconds", "0"], "'0' is not allowed; allowed: a number above 0"),
-        (["--seconds", "nan"], "'nan' is not allowed"),
-        (["--seconds", "inf"], "'inf' is not allowed"),
-        (["--seconds", "soon"], "'soon' is not allowed"),
     ],
 )
 def test_impossible_values_are_refused_with_what_is_allowed(parser, arguments, words, capsys):
@@ -73,8 +63,8 @@ def test_impossible_values_are_refused_with_what_is_allowed(parser, arguments, w
 
 
 def test_possible_values_are_taken(parser):
-    found = parser.parse_args(["--suite", "wide", "--repeats", "2", "--check", "0", "--seconds", "0.2"])
-    assert (found.suite, found.repeats, found.check, found.seconds) == ("wide", 2, 0, 0.2)
+    found = parser.parse_args(["--suite", "wide", "--rigs", "2"])
+    assert (found.suite, found.rigs) == ("wide", 2)
 
 
 @pytest.mark.parametrize(

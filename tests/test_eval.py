@@ -160,7 +160,7 @@ def test_an_output_that_cannot_be_written_is_found_out_before_any_policy_runs(tm
     ("arguments", "words"),
     [
         (["--suite", "defualt"], "argument --suite: 'defualt' is not known; did you mean default?"),
-        (["--rigs", "0"], "argument --rigs: '0' is not allowed; allowed: a whole number, 1 or more"),
+        (["--rigs", "0"], "argument --rigs: '0' is not allowed; allowed: whole, >= 1"),
         (["--env", "DrillRig-v1"], "did you mean DrillRig-v0?"),
         (["--rig", "nosuch.toml"], "argument --rig: rig: there is no file nosuch.toml"),
         (["--resume", "--overwrite"], "not allowed with argument"),

@@ -1,11 +1,13 @@
 import argparse
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
-from drillrig_env.allowed import COUNT, POSITIVE, Choice, Made, Span, Switch
+from drillrig_env.allowed import COUNT, POSITIVE, Allowed, Choice, Made, Span, Switch
 from drillrig_env.command_line import Parser
-from drillrig_env.flags import add_fields, add_rig_argument, given_fields, step
+from drillrig_env.flags import add_fields, add_rig_argument, given_fields, of_kind, step
 from drillrig_env.parameters import check_fields, parameter
 from drillrig_env.rig import Rig
 
@@ -65,3 +67,38 @@ def test_steps_of_a_schedule():
     assert step("50:3.5") == (50.0, 3.5)
     with pytest.raises(argparse.ArgumentTypeError, match="time:value"):
         step("now")
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "text", "said"),
+    [
+        (COUNT, "", "0", "'0' is not allowed; allowed: whole, >= 1"),
+        (COUNT, "", "1.5", "'1.5' is not allowed; allowed: whole, >= 1"),
+        (COUNT, "", "many", "'many' is not allowed; allowed: whole, >= 1"),
+        (Allowed(low=0, whole=True), "", "-1", "'-1' is not allowed; allowed: whole, >= 0"),
+        (Allowed(0, 499_999_999, whole=True), "", "500000000", "allowed: whole, >= 0 and <= 499999999"),
+        (POSITIVE, "s", "0", "'0' is not allowed; allowed: > 0 s"),
+        (POSITIVE, "s", "nan", "'nan' is not allowed; allowed: > 0 s"),
+        (POSITIVE, "s", "inf", "'inf' is not allowed; allowed: > 0 s"),
+        (POSITIVE, "s", "soon", "'soon' is not allowed; allowed: > 0 s"),
+    ],
+)
+def test_a_word_that_is_not_of_its_kind_is_named_with_what_is_allowed(kind, unit, text, said):
+    with pytest.raises(argparse.ArgumentTypeError) as found:
+        of_kind(kind, unit)(text)
+    assert str(found.value).endswith(said)
+
+
+def test_a_word_of_its_kind_is_read():
+    assert [of_kind(COUNT)(text) for text in ("2", "2e6")] == [2, 2_000_000]
+    assert of_kind(POSITIVE, "s")("0.2") == 0.2
+
+
+def test_no_command_has_a_number_that_is_not_of_a_kind():
+    """argparse's own int and float say "invalid int value", and take what is out of range."""
+    root = Path(__file__).parents[1]
+    files = [root / "train.py", root / "eval.py"]
+    for package in ("drillrig_env", "baselines", "agents", "benchmarks"):
+        files += (root / package).rglob("*.py")
+    wrong = [str(path) for path in files if re.search(r"(?<!d)type=(int|float)\b", path.read_text(encoding="utf-8"))]
+    assert not wrong

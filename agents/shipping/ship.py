@@ -38,7 +38,8 @@ from agents.policy.run_folder import (
 )
 from agents.shipping.card import write_card
 from agents.training.progress import read_progress
-from drillrig_env.command_line import Parser, command, whole
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.beginning import begin
 from drillrig_env.evaluation.contest import config_of, run_contest
 from drillrig_env.evaluation.contestants import contestant_of
@@ -49,10 +50,13 @@ from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
 from drillrig_env.files import json_text, write_text, written_whole
+from drillrig_env.flags import of_kind
 from drillrig_env.policy import find_policy
 from drillrig_env.progress import Progress
 
 COMMAND = "python -m agents.shipping.ship"
+_WAYS_OUT = "--results names another folder; where this one is removed, the evaluation begins again"
+
 LEAST_SEEDS = 5
 """Fewer training seeds say too little about an algorithm."""
 
@@ -66,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = Parser(prog=COMMAND, description=__doc__)
     parser.add_argument("folder", type=Path, help="folder of the seeds, as train.py --seeds leaves it")
     parser.add_argument("--name", required=True, help="what the agent is called")
-    parser.add_argument("--rigs", type=whole(), default=1000, help="random rigs of a suite (default: 1000)")
+    parser.add_argument("--rigs", type=of_kind(COUNT), default=1000, help="random rigs of a suite (default: 1000)")
     parser.add_argument("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
     parser.add_argument("--results", type=Path, metavar="DIR", help="folder that keeps the episodes, to go on from")
     chosen = parser.parse_args(arguments)
@@ -152,7 +156,9 @@ def _evaluate(
     contestant = contestant_of(find_policy(str(runs)), env_id, name)
     chosen = [suite(one, rigs) for one in suites]
     config = config_of(env_id, chosen, [contestant], drillrig_env.__version__, command, name)
-    results, histories = begin(folder, config, resume=True) if folder else (Results(config, provenance()), Histories())
+    results, histories = Results(config, provenance()), Histories()
+    if folder:
+        results, histories = begin(folder, config, resume=True, ways_out=_WAYS_OUT)
     for one in chosen:
         with Progress(one.name, 1) as progress:
             failures = run_contest(one, [contestant], results, histories, folder, progress.show)

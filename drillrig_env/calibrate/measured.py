@@ -33,11 +33,11 @@ import numpy as np
 from drillrig_env.arrays import FloatArray
 from drillrig_env.command_line import Parser, command
 from drillrig_env.files import written_whole
-from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument
+from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_table
 from drillrig_env.model import steady_state
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.simulation import Schedule, simulate
 
@@ -212,8 +212,19 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     add_rig_argument(parser)
     add_friction_argument(parser)
     add("--start", choices=STARTS, default="rest", help="state of the rig at t = 0 (default: rest)")
-    add("--start-time", metavar="S", type=float, help="time in the file that is t = 0 (default: the first sample)")
-    add("--window", metavar="S", type=float, default=CHAPTER_WINDOW, help="also score the first S s (default: 10)")
+    add(
+        "--start-time",
+        metavar="S",
+        type=of_kind(Allowed(), "s"),
+        help="time in the file that is t = 0 (default: the first sample)",
+    )
+    add(
+        "--window",
+        metavar="S",
+        type=of_kind(Allowed(), "s"),
+        default=CHAPTER_WINDOW,
+        help="also score the first S s (default: 10)",
+    )
     add("--output", metavar="CSV", type=Path, help="write the model's signals beside the measured ones")
     options = parser.parse_args(arguments)
     try:

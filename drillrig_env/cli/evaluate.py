@@ -30,7 +30,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import drillrig_env
-from drillrig_env.command_line import DONE, FAILED, Parser, command, whole
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import DONE, FAILED, Parser, command
 from drillrig_env.evaluation.beginning import begin
 from drillrig_env.evaluation.contest import Contestant, Failure, config_of, run_contest
 from drillrig_env.evaluation.contestants import find_contestants
@@ -41,7 +42,7 @@ from drillrig_env.evaluation.store import clear_pictures, read, read_histories, 
 from drillrig_env.evaluation.suites import SUITES, Suite, suite
 from drillrig_env.evaluation.tables import all_estimates
 from drillrig_env.files import check_writable, owned
-from drillrig_env.flags import add_rig_argument
+from drillrig_env.flags import add_rig_argument, of_kind
 from drillrig_env.parameters import closest
 from drillrig_env.plots.own_rig import differences
 from drillrig_env.policy import policy_names
@@ -131,7 +132,7 @@ def _parser(prog: str) -> Parser:
     add_rig_argument(parser)
     add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
     add("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
-    add("--rigs", type=whole(), default=1000, help="random rigs of a suite that is drawn (default: 1000)")
+    add("--rigs", type=of_kind(COUNT), default=1000, help="random rigs of a suite that is drawn (default: 1000)")
     add("--output", type=Path, default=Path("results"), help="folder for the results (default: results)")
     kept = parser.add_mutually_exclusive_group()
     kept.add_argument("--resume", action="store_true", help="go on with the results in the output folder")

@@ -15,7 +15,8 @@ from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.store import clear, holds_results, read, read_histories
 from drillrig_env.markdown import listed
 
-WAYS_OUT = "--resume goes on with them, --overwrite replaces them, --output names another folder"
+WAYS_OUT = "--overwrite replaces them, --output names another folder"
+"""What `drillrig evaluate` offers where results are in the way."""
 
 _UNIQUE = ("command", "reference")
 """Entries of a config that may differ between a run and its continuation."""
@@ -29,22 +30,26 @@ def begin(
     resume: bool = False,
     overwrite: bool = False,
     say: Callable[[str], object] = print,
+    ways_out: str = WAYS_OUT,
 ) -> tuple[Results, Histories]:
     """The results and histories to add to, for an evaluation of this `config` into a folder.
 
     They are empty, and whatever an evaluation has left in the folder is removed, but with `resume` they are
     those of the folder. Without `overwrite` this raises `ValueError` where the folder holds results of another
     making or, without `resume` too, results that this evaluation would not make again. `say` is called
-    with a line for histories that cannot be read, which are passed over.
+    with a line for histories that cannot be read, which are passed over. `ways_out` are those of the command, in words.
     """
     if overwrite or not holds_results(folder):
         clear(folder)
         return Results(config, provenance()), Histories()
     results = read(folder)
-    check_same(results.config, config, folder)
+    check_same(results.config, config, folder, ways_out)
     if not resume:
         if lost := _not_made_again(results, config):
-            raise ValueError(f"{folder} holds results of {lost}, which this command would not make again; {WAYS_OUT}")
+            raise ValueError(
+                f"{folder} holds results of {lost}, which this command would not make again; "
+                f"--resume goes on with them, {ways_out}"
+            )
         clear(folder)
         return Results(config, provenance()), Histories()
     try:
@@ -57,7 +62,7 @@ def begin(
     return results, histories
 
 
-def check_same(earlier: Mapping[str, Any], now: Mapping[str, Any], folder: Path) -> None:
+def check_same(earlier: Mapping[str, Any], now: Mapping[str, Any], folder: Path, ways_out: str = WAYS_OUT) -> None:
     """Raise `ValueError` where results of an earlier config cannot be continued with the one of `now`.
 
     Suites and policies that only one of them has are no obstacle.
@@ -71,15 +76,13 @@ def check_same(earlier: Mapping[str, Any], now: Mapping[str, Any], folder: Path)
             changed = [key for key in before if key in after and before[key] != after[key]]
             if changed:
                 what = _first_change(before[changed[0]], after[changed[0]])
-                raise _other(folder, f"{_KINDS[name]} {changed[0]} is not what it was: {what}")
+                raise _other(folder, f"{_KINDS[name]} {changed[0]} is not what it was: {what}", ways_out)
         elif before != after:
-            raise _other(folder, f"{name} was {before}, and is {after} now")
+            raise _other(folder, f"{name} was {before}, and is {after} now", ways_out)
 
 
-def _other(folder: Path, what: str) -> ValueError:
-    return ValueError(
-        f"{folder} holds results of another making: {what}; --overwrite replaces them, --output names another folder"
-    )
+def _other(folder: Path, what: str, ways_out: str) -> ValueError:
+    return ValueError(f"{folder} holds results of another making: {what}; {ways_out}")
 
 
 def _first_change(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:

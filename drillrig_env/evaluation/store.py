@@ -30,7 +30,7 @@ COMPRESSED = ".xz"
 PICTURES = ("scores", "calming", "map", *(f"histories_{region}" for region in REGIONS))
 """What pictures of a suite show; see `picture_name`."""
 
-_REMEDY = "put a copy of it back, or evaluate again with --overwrite"
+_REMEDY = "put a copy of it back, or remove the folder and evaluate again"
 _PARTS = ("config", "provenance", "estimates", "files")
 
 Stamp = Mapping[str, Any]
@@ -115,6 +115,11 @@ def _content(folder: Path) -> dict[str, Any]:
     if not (folder / JSON).is_file():
         raise ValueError(f"{folder} holds no results: {JSON} is missing")
     content = read_json(folder / JSON, _REMEDY)
+    if {"config", "provenance"} <= set(content) and "files" not in content:
+        raise ValueError(
+            f"{folder / JSON} is of an earlier version, which kept no digests, so that its results cannot be checked; "
+            "remove the folder, or name another, and evaluate again"
+        )
     for part in _PARTS:
         if not isinstance(content.get(part), dict):
             raise ValueError(f"{folder / JSON} is damaged: {part!r} is missing; {_REMEDY}")

@@ -28,12 +28,15 @@ def check_policy(policy: Any, **context: Any) -> None:
     it checks that actions have the right shape, are finite and within -1 and 1; that equal observations and
     states give equal actions, so that nothing is kept but in the state; that neither observations nor
     states are changed in place; that a rig's actions do not depend on its company; that an episode's start
-    forgets what was before; and that what the policy says of itself can be understood.
+    forgets what was before; that what the policy says of itself can be understood; and that it never ends the program.
 
     >>> check_policy("lqg")
     """
-    made = find_policy(policy).make(**context)
-    _Trial(made).run()
+    try:
+        _Trial(find_policy(policy).make(**context)).run()
+    except SystemExit as end:
+        name = policy if isinstance(policy, str) else getattr(policy, "__name__", type(policy).__name__)
+        raise ValueError(f"{name}: ends the whole program (SystemExit: {end}); allowed: an exception") from end
 
 
 class _Trial:

@@ -198,5 +198,15 @@ def _check_speed(speed_reference: float) -> None:
 
 def _no_stick_slip(rig: Rig, friction: Friction, speed_reference: float) -> NoOrbitError:
     fold = float(fold_speed(rig, friction))
-    where = "friction is so weak that it never does" if np.isnan(fold) else f"it does below the fold, {fold:.6g} rad/s"
+    if np.isnan(fold):
+        where = "friction is so weak that it never does"
+    elif speed_reference <= rig.omega_s:
+        where = (
+            f"up to omega_s = {rig.omega_s:g} rad/s the bit counts as standing still, and friction as static; "
+            f"it does above that and below the fold, {fold:.6g} rad/s"
+        )
+    elif speed_reference > fold:
+        where = f"it does below the fold, {fold:.6g} rad/s"
+    else:
+        where = f"none was found, though this is below the fold, {fold:.6g} rad/s"
     return NoOrbitError(f"p1: the rig does not stick and slip at speed_reference = {speed_reference:g} rad/s; {where}")

@@ -89,7 +89,9 @@ def test_a_stopped_search_goes_on_to_the_same_end_bit_for_bit(tmp_path, monkeypa
     [
         (["--budget", "0"], "argument --budget: '0' is not allowed; allowed: whole, >= 1"),
         (["--rigs", "0"], "argument --rigs: '0' is not allowed"),
-        (["--first-seed", "0"], "first seed = 0"),
+        (["--first-seed", "0"], "--first-seed: '0' is not allowed; allowed: whole, >= 500000000 and <= 599999999"),
+        (["--first-seed", "many"], "argument --first-seed: 'many' is not allowed; allowed: whole"),
+        (["--first-seed", "599999999"], "first seed = 599999999 is not allowed; allowed: 500000000 to "),
         (["--resume"], "there is no search to go on with: tuned.tries.json is missing"),
         (["--output", "mine.json"], "mine.json is no record of tuning"),
         (["--budge", "3"], "did you mean --budget?"),

@@ -73,7 +73,17 @@ def test_what_was_damaged_is_refused_in_a_sentence_that_says_what_to_do(comparis
     with pytest.raises(ValueError, match=words) as found:
         read(tmp_path)
     assert str(path) in str(found.value)
-    assert "put a copy of it back, or evaluate again with --overwrite" in str(found.value)
+    assert "put a copy of it back, or remove the folder and evaluate again" in str(found.value)
+
+
+def test_results_of_an_earlier_version_are_told_from_damaged_ones(comparison, tmp_path):
+    save(tmp_path, *comparison)
+    content = json.loads((tmp_path / "results.json").read_text())
+    del content["files"]
+    (tmp_path / "results.json").write_text(json.dumps(content))
+    for read_part in (read, read_histories):
+        with pytest.raises(ValueError, match=r"is of an earlier version, which kept no digests.*evaluate again$"):
+            read_part(tmp_path)
 
 
 def test_packed_rows_that_were_cut_are_refused(comparison, tmp_path):

@@ -85,6 +85,23 @@ class CannotBeTold(Keeps):
     privileged = ("mu_s",)
 
 
+class Exits(Keeps):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        raise SystemExit(0)
+
+
+class ExitsWhenMade(Keeps):
+    def __init__(self):
+        raise SystemExit("no licence")
+
+
+class ExitsWhenTold(Keeps):
+    privileged = ("mu_s",)
+
+    def tell(self, info):
+        raise SystemExit
+
+
 class NoPolicy:
     pass
 
@@ -111,11 +128,20 @@ def test_a_policy_that_keeps_the_contract_passes(policy):
         (OddSensors, "sensors = 5"),
         (CannotBeTold, "must be told mu_s"),
         (NoPolicy, "has no predict"),
+        (Exits, r"Exits: ends the whole program \(SystemExit: 0\)"),
+        (ExitsWhenMade, "ExitsWhenMade: ends the whole program .*no licence"),
+        (ExitsWhenTold, "ends the whole program"),
     ],
 )
 def test_each_breach_is_named(policy, fault):
     with pytest.raises((ValueError, TypeError), match=fault):
         check_policy(policy)
+
+
+def test_a_file_that_ends_the_program_is_a_finding(tmp_path):
+    (tmp_path / "mine.py").write_text("raise SystemExit(3)\n")
+    with pytest.raises(ValueError, match=r"mine.py:Mine: ends the whole program \(SystemExit: 3\)"):
+        check_policy(f"{tmp_path / 'mine.py'}:Mine")
 
 
 @pytest.mark.parametrize("name", [name for name in policy_names() if name != "mppi"])

@@ -81,6 +81,13 @@ def test_no_stick_slip_above_the_fold(speed):
         stick_slip_orbit(RIG, Friction(10.0), speed)
 
 
+@pytest.mark.parametrize("share", [0.1, 1.0])
+def test_within_the_stick_zone_the_sentence_says_so(share):
+    with pytest.raises(NoOrbitError, match=r"up to omega_s = 0\.001 rad/s the bit counts as standing.*above that"):
+        stick_slip_orbit(RIG, Friction(10.0), share * RIG.omega_s)
+    assert stick_slip_orbit(RIG, Friction(10.0), 1.1 * RIG.omega_s).stuck > 0.9
+
+
 @pytest.mark.parametrize("speed", [1.9, 2.95])
 def test_no_slipping_orbit_outside_the_bistable_range(speed):
     with pytest.raises(NoOrbitError, match=r"critical speed 1\.9949.*fold 2\.9009"):
