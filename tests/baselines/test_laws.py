@@ -126,6 +126,32 @@ def test_feed_forward_start_goes_on_to_its_floor_while_calm_and_stops_when_it_sh
         assert (policy.desired_reference(seen, TOLD, memory)[0] == 0.0) == stops
 
 
+def test_feed_forward_start_takes_a_torque_on_the_collars_for_no_shaking():
+    """In calm rotation the string carries it beside the bit's torque."""
+    rig = Rig(T_r2=0.15)
+    policy = FeedForwardStart(rig=rig)
+    calm = (STEADY + rig.T_r2) / rig.k_2
+    seen = seen_by(policy, twist_23=-calm, top_speed=3.2, collar_speed=3.2, speed_reference=3.2, speed_target=3.2)
+    memory = np.zeros((1, policy.memory))
+    for _ in range(100):
+        assert policy.desired_reference(seen, TOLD, memory)[0] > 3.0
+    assert memory[0, 4] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_feed_forward_start_smooths_torque_and_speed_over_half_a_second():
+    """0.5 s after a step, 1 / e of it is still to come; the first value is taken as it is."""
+    policy = FeedForwardStart()
+    memory = np.zeros((1, policy.memory))
+    first, then = (
+        twisted(policy, torque, top_speed=speed, collar_speed=speed) for torque, speed in ((0.3, 2.0), (0.5, 3.0))
+    )
+    policy.desired_reference(first, TOLD, memory)
+    assert memory[0, 2:4] == pytest.approx([0.3, 2.0])
+    for _ in range(5):
+        policy.desired_reference(then, TOLD, memory)
+    assert memory[0, 2:4] == pytest.approx([0.5 - 0.2 / np.e, 3.0 - 1.0 / np.e])
+
+
 def test_feed_forward_start_waits_for_the_string_to_come_to_rest():
     """3 s from when drive and reference stand still; moving on the way begins the wait anew."""
     policy = FeedForwardStart()

@@ -1,6 +1,7 @@
 """Each rig's generator in 32 bytes draws what Gymnasium's own would."""
 
 import numpy as np
+import pytest
 from gymnasium.utils import seeding
 
 from drillrig_env.env.generators import EpisodeGenerators, first_uniforms
@@ -55,3 +56,14 @@ def test_first_uniforms_are_those_of_consecutive_seeds():
     found = first_uniforms(5, 3)
     for row, seed in zip(found, (5, 6, 7), strict=True):
         np.testing.assert_array_equal(row, seeding.np_random(seed)[0].random(UNIFORMS))
+
+
+def test_a_text_and_an_array_without_a_dimension_are_no_list_of_seeds():
+    with pytest.raises(ValueError, match="seed = '12' is text"):
+        EpisodeGenerators(2).seed_all("12")
+    with pytest.raises(ValueError, match=r"seed = \[\[1\], \[2\]\] is not allowed"):
+        EpisodeGenerators(2).seed_all([[1], [2]])
+    for seed, wanted in ((np.array(7), [7, 8]), (7, [7, 8]), ((4, 9), [4, 9]), (np.array([4, 9]), [4, 9])):
+        generators = EpisodeGenerators(2)
+        generators.seed_all(seed)
+        assert generators.seeds == wanted

@@ -70,7 +70,9 @@ def test_a_policy_that_is_made_for_the_suite_slews_as_far_as_it_means_to():
     assert np.abs(np.diff(reference, axis=1)).max() <= 0.1 * one.slew_limit + 1e-9
 
 
-@pytest.mark.parametrize(("name", "rig"), [("default", 7), ("chapter", 30), ("chapter", 43), ("degraded", 3)])
+@pytest.mark.parametrize(
+    ("name", "rig"), [("default", 7), ("chapter", 0), ("chapter", 21), ("chapter", 43), ("degraded", 3)]
+)
 def test_a_single_rig_of_a_suite_faces_the_same_episode(name, rig):
     whole = suite(name, 10)
     one = run(Hold(), whole.only(rig))
@@ -78,8 +80,9 @@ def test_a_single_rig_of_a_suite_faces_the_same_episode(name, rig):
 
 
 def test_a_rig_that_is_not_there_is_refused():
-    with pytest.raises(ValueError, match=r"rig = 10 .* 0 to 9"):
-        suite("default", 10).only(10)
+    for rig in (-1, 10):
+        with pytest.raises(ValueError, match=rf"rig = {rig} .* 0 to 9"):
+            suite("default", 10).only(rig)
 
 
 def test_a_definition_is_plain_and_tells_suites_apart():

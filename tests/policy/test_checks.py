@@ -144,6 +144,24 @@ def test_a_file_that_ends_the_program_is_a_finding(tmp_path):
         check_policy(f"{tmp_path / 'mine.py'}:Mine")
 
 
+class Listens(Keeps):
+    def __init__(self):
+        self.told = []
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        self.told.append((state is None, *episode_start))
+        return super().predict(observation, state, episode_start)
+
+
+def test_an_episode_starts_where_there_is_no_state_and_once_where_it_starts_anew():
+    """Every call is made twice, and one of the runs begins a second episode halfway."""
+    policy = Listens()
+    check_policy(policy)
+    assert all(len(set(starts)) == 1 for _, *starts in policy.told)
+    assert all(starts[0] for begins, *starts in policy.told if begins)
+    assert sum(starts[0] for begins, *starts in policy.told if not begins) == 2
+
+
 @pytest.mark.parametrize("name", [name for name in policy_names() if name != "mppi"])
 def test_the_projects_own_policies_keep_it(name):
     check_policy(name, sensors="state" if name != "ppo_surface" else "surface")

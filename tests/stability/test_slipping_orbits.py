@@ -78,6 +78,15 @@ def test_resolved_waves_have_no_high_harmonics():
     assert balance.is_resolved(np.cos(theta) + 1e-6 * np.cos(25 * theta))
 
 
+def test_newtons_method_finds_the_orbit_from_a_wave_of_another_depth():
+    """The depth is an equation like the others: it need not hold for the guess."""
+    wave = FAMILY.waves[30]
+    wanted, frequency, log_gain = FAMILY.orbit(FAMILY.depth[30])
+    found = HarmonicBalance(RIG, len(wave)).solve(FAMILY.depth[30], 0.97 * wave, frequency, log_gain)
+    np.testing.assert_allclose(found[0], wanted, atol=1e-9)
+    assert found[1:] == pytest.approx((frequency, log_gain), abs=1e-9)
+
+
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # what diverges overflows
 def test_no_orbit_is_said_where_newton_finds_none():
     with pytest.raises(FloatingPointError, match=r"no orbit of depth 5 found with 16 samples"):

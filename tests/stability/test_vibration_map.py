@@ -91,3 +91,14 @@ def test_vibrates_tells_growth_from_decay_close_to_the_critical_speed(beyond, sh
     state = steady_state(RIG, Friction(20.0), speed)
     state[2] += 0.01
     assert vibrates(RIG, Friction(20.0), np.array([speed]), state[None], 100.0).tolist() == [shakes]
+
+
+@pytest.mark.parametrize(("nudge", "shakes"), [(0.9, False), (1.033, True)])
+def test_vibrates_looks_at_the_last_ten_seconds(nudge, shakes):
+    """The larger swing dies out as well, but its index falls below 0.1 only within those ten seconds."""
+    speed, friction = 2.9, Friction(20.0)
+    state = steady_state(RIG, friction, speed)
+    state[2] += nudge
+    assert vibrates(RIG, friction, np.array([speed]), state[None], 41.0).tolist() == [shakes]
+    late = simulate(RIG, friction, state, speed, duration=41.0, sample_period=0.1).bit_speed[-100:]
+    assert [np.ptp(part) > 0.2 * part.mean() for part in (late, late[50:])] == [shakes, False]
