@@ -39,7 +39,7 @@ from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import default_suite
-from drillrig_env.files import check_writable, write_text
+from drillrig_env.files import check_writable_file, write_text
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import refuse
 from drillrig_env.seeds import VALIDATION_SEEDS
@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--output", type=Path, default=FILE, help=f"file to write (default: {FILE})")
     chosen = parser.parse_args(arguments)
     line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
-    check_writable(chosen.output.parent)
+    check_writable_file(chosen.output)
     variants = [variant for variant in VARIANTS if variant.name in chosen.variants]
     try:
         ablate(variants, chosen.seeds, chosen.steps, chosen.rigs, chosen.output, threads=chosen.threads, command=line)
@@ -122,7 +122,6 @@ def ablate(
         entry["runs"] = {key: entry["runs"][key] for key in sorted(entry["runs"], key=int)}
         found = {one.name: found[one.name] for one in VARIANTS if one.name in found} | found
         content = {"command": command, "provenance": provenance(), "variants": found}
-        output.parent.mkdir(parents=True, exist_ok=True)
         write_text(output, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
         scores = entry["runs"][seed]["scores"]
         shown = ", ".join(f"{name} {value:.3f}" for name, value in scores.items() if value is not None)

@@ -28,7 +28,7 @@ from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
-from drillrig_env.files import write_text
+from drillrig_env.files import check_writable, write_text
 
 COMMAND = "python -m agents.page"
 AGENT = "ppo"
@@ -94,6 +94,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is out of date")
     chosen = parser.parse_args(arguments)
     path = chosen.docs / "agents.md"
+    if not chosen.check:
+        check_writable(chosen.docs)
     try:
         text = page(chosen.docs)
     except ValueError as error:

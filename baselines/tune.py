@@ -37,7 +37,7 @@ from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import Suite, suite
-from drillrig_env.files import check_writable, write_text
+from drillrig_env.files import check_writable_file, write_text
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.seeds import TUNING_SEEDS
@@ -165,7 +165,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         tries = Tries(output.with_suffix(".tries.json"), {**settings, "start": start}, chosen.resume)
     except ValueError as error:
         parser.error(str(error))
-    check_writable(output.parent)
+    check_writable_file(output)
     try:
         with _Shown(chosen.controller, chosen.budget) as shown:
             values = search(chosen.controller, chosen.sensors, suites, chosen.budget, chosen.seed, shown.tell, tries)

@@ -18,7 +18,7 @@ from typing import Any
 
 from drillrig_env import markdown
 from drillrig_env.evaluation.provenance import processor, provenance
-from drillrig_env.files import check_writable, json_text, write_text
+from drillrig_env.files import check_writable_file, json_text, write_text
 
 LEAST_SECONDS = 0.02
 """Shorter work is repeated within one timing until it takes about this long, s."""
@@ -138,7 +138,7 @@ def kept(path: Path, report: Callable[[], object]) -> Iterator[None]:
 
     `OSError`, before anything is measured, where `path` cannot be written.
     """
-    check_writable(path.parent)
+    check_writable_file(path)
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -160,7 +160,6 @@ def print_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
 
 def write_json(path: Path, results: dict[str, Any], *, announce: bool = True) -> None:
     """Write results beside machine, versions and date; `announce` prints where."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, json_text({"machine": processor(), "provenance": provenance(), "results": results}))
     if announce:
         print(f"\n{processor()}; written to {path}")

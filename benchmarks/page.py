@@ -25,7 +25,7 @@ from drillrig_env import markdown
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.pictures import draw
 from drillrig_env.evaluation.provenance import in_words
-from drillrig_env.files import write_text
+from drillrig_env.files import check_writable_file, write_text
 
 COMMAND = "python -m benchmarks.page"
 NOT_UNDERSTOOD = (AttributeError, IndexError, KeyError, TypeError, ValueError)
@@ -56,6 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if not chosen.output.is_file() or chosen.output.read_text(encoding="utf-8") != page(chosen.output):
             raise SystemExit(f"{chosen.output} is out of date; run: {COMMAND} {store_of(chosen.output)}")
         return
+    check_writable_file(chosen.output)
     take_in(chosen.folder, store_of(chosen.output))
     draw_pictures(chosen.output)
     write_text(chosen.output, page(chosen.output))

@@ -33,8 +33,9 @@ _ATTEMPTS, _PAUSE = 20, 0.05  # on Windows a file that another program is just r
 def written_whole(path: str | Path) -> Iterator[Path]:
     """A path to write to; when the block ends, the file there takes the place of `path`, at once.
 
-    The file to write lies beside `path` and ends like it, as libraries want it. Where the block raises, `path`
-    is what it was and nothing is left beside it. A device such as /dev/stdout is written to as it is.
+    The file to write lies beside `path`, in a folder that is made where it is missing, and ends like it, as libraries
+    want it. Where the block raises, `path` is what it was and nothing is left beside it. A device such as /dev/stdout
+    is written to as it is.
 
         with written_whole("model.zip") as new:
             model.save(new)
@@ -45,6 +46,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
     if target.exists() and not target.is_file():
         yield target
         return
+    target.parent.mkdir(parents=True, exist_ok=True)
     new = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
     try:
         yield new
@@ -120,6 +122,15 @@ def check_writable(folder: str | Path) -> None:
     except OSError as error:
         where = "" if nearest == folder.absolute() else f" ({nearest})"
         raise type(error)(f"{folder}{where} cannot be written: {(error.strerror or str(error)).lower()}") from error
+
+
+def check_writable_file(path: str | Path) -> None:
+    """Raise `OSError` where `written_whole` could not write this file, as `check_writable` does for a folder."""
+    path = Path(path)
+    if path.is_dir():
+        raise IsADirectoryError(f"{path} cannot be written: it is a folder")
+    if path.is_file() or not path.exists():  # else a device, which is written to as it is
+        check_writable(path.parent)
 
 
 @contextmanager

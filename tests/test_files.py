@@ -11,6 +11,7 @@ import pytest
 from drillrig_env.files import (
     LOCK,
     check_writable,
+    check_writable_file,
     digest,
     owned,
     read_arrays,
@@ -43,6 +44,23 @@ def test_text_bytes_and_what_a_library_writes_are_whole(tmp_path):
     assert np.load(tmp_path / "c.npz")["x"].tolist() == [1, 2]
 
 
+def test_a_missing_folder_is_made_for_a_file(tmp_path):
+    path = tmp_path / "one" / "two" / "a.txt"
+    check_writable_file(path)
+    assert left(tmp_path) == []
+    write_text(path, "here")
+    assert path.read_text() == "here"
+
+
+def test_a_file_that_cannot_be_written_is_found_before_it_is(tmp_path):
+    (tmp_path / "file").touch()
+    for path, words in ((tmp_path, "it is a folder"), (tmp_path / "file" / "a.txt", "not a directory")):
+        with pytest.raises(OSError, match=f"cannot be written: {words}"):
+            check_writable_file(path)
+    check_writable_file(tmp_path / "file")
+    check_writable_file(os.devnull)
+
+
 def test_a_write_that_is_cut_leaves_the_old_file_and_nothing_beside_it(tmp_path):
     path = tmp_path / "model.zip"
     path.write_bytes(b"old")
@@ -66,9 +84,9 @@ def test_a_full_disk_leaves_the_old_file_and_is_named(tmp_path, monkeypatch):
     assert left(tmp_path) == ["model.zip"]
 
 
-def test_a_folder_that_is_missing_is_named_with_the_file_that_was_asked_for(tmp_path):
-    with pytest.raises(FileNotFoundError) as missing:
-        write_text(tmp_path / "no" / "a.txt", "")
+def test_a_folder_that_goes_away_is_named_with_the_file_that_was_asked_for(tmp_path):
+    with pytest.raises(FileNotFoundError) as missing, written_whole(tmp_path / "no" / "a.txt") as new:
+        new.rename(new.parent.rmdir() or new)
     assert missing.value.filename == str(tmp_path / "no" / "a.txt")
     assert str(missing.value).endswith(f"{str(tmp_path / 'no' / 'a.txt')!r}")
 

@@ -26,7 +26,7 @@ from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.extras import missing
-from drillrig_env.files import check_writable, written_whole
+from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import of_kind
 from drillrig_env.seeds import VALIDATION_SEEDS
 
@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=Path("policy.onnx"), help="file to write (default: policy.onnx)")
     parser.add_argument("--episodes", type=of_kind(COUNT), default=20, help="episodes for the comparison (default: 20)")
     chosen = parser.parse_args(arguments)
-    check_writable(chosen.out.parent)
+    check_writable_file(chosen.out)
     try:
         agent = load_policy(find_run(chosen.agent))
         export(agent, chosen.out)

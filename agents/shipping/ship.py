@@ -17,6 +17,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -49,7 +50,7 @@ from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
-from drillrig_env.files import json_text, write_text, written_whole
+from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import find_policy
 from drillrig_env.progress import Progress
@@ -98,6 +99,7 @@ def ship(
     training among them, and for results of other seeds or rigs in `results_folder`.
     """
     folders = _finished(runs)
+    check_writable(trained / name)
     env_id = read_config(next(iter(folders.values())))["env_id"]
     results = _evaluate(runs, name, env_id, rigs, suites, results_folder, command)
     results.estimates = all_estimates(results.scores, name)
@@ -157,13 +159,16 @@ def _evaluate(
     chosen = [suite(one, rigs) for one in suites]
     config = config_of(env_id, chosen, [contestant], drillrig_env.__version__, command, name)
     results, histories = Results(config, provenance()), Histories()
-    if folder:
-        results, histories = begin(folder, config, resume=True, ways_out=_WAYS_OUT)
-    for one in chosen:
-        with Progress(one.name, 1) as progress:
-            failures = run_contest(one, [contestant], results, histories, folder, progress.show)
-        if failures:
-            raise ValueError(str(failures[0]))
+    with ExitStack() as stack:
+        if folder:
+            check_writable(folder)
+            stack.enter_context(owned(folder))
+            results, histories = begin(folder, config, resume=True, ways_out=_WAYS_OUT)
+        for one in chosen:
+            with Progress(one.name, 1) as progress:
+                failures = run_contest(one, [contestant], results, histories, folder, progress.show)
+            if failures:
+                raise ValueError(str(failures[0]))
     return results
 
 

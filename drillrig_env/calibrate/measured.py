@@ -32,7 +32,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.command_line import Parser, command
-from drillrig_env.files import written_whole
+from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_table
@@ -230,6 +230,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     try:
         if options.output and options.output.resolve() == options.file.resolve():
             raise ValueError(f"--output {options.output} is not allowed: it is the measurement itself")
+        if options.output:
+            check_writable_file(options.output)
         measurement = read_measurement(options.file, options.start_time)
         simulated = reproduce(
             measurement,

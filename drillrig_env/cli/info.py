@@ -17,6 +17,7 @@ from pathlib import Path
 
 from drillrig_env.allowed import NOT_NEGATIVE, POSITIVE, File
 from drillrig_env.command_line import Parser, command
+from drillrig_env.files import check_writable_file
 from drillrig_env.flags import add_friction_argument, add_rig_argument, of_kind
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
@@ -42,6 +43,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig info") ->
         for _, path in wanted:
             if path and path.exists():
                 parser.error(f"{path} is there already, and nothing is written over it")
+            if path:
+                check_writable_file(path)
         for record, path in wanted:
             if path:
                 record.to_toml(path)

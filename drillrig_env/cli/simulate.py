@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from drillrig_env.allowed import POSITIVE, File
 from drillrig_env.command_line import Parser, command
+from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 
 if TYPE_CHECKING:
@@ -42,6 +43,9 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
     options = parser.parse_args(arguments)
     if options.picture and options.picture.suffix not in _PICTURES:
         parser.error(f"--picture {options.picture} is not allowed; allowed: a name that ends in {', '.join(_PICTURES)}")
+    for path in (options.csv, options.picture):
+        if path:
+            check_writable_file(path)
 
     from drillrig_env.simulation import simulate
 
@@ -65,7 +69,6 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
             from drillrig_env.plots.run import save_run
         except ImportError as error:
             parser.error(str(error))
-        options.picture.parent.mkdir(parents=True, exist_ok=True)
         save_run(run, options.picture)
         print(f"picture: {options.picture.resolve()}")
     return 0
@@ -92,9 +95,6 @@ def _ending(run: Simulation) -> str:
 def _write_csv(run: Simulation, path: Path) -> None:
     import numpy as np
 
-    from drillrig_env.files import written_whole
-
-    path.parent.mkdir(parents=True, exist_ok=True)
     signals = run.signals()
     table = np.column_stack(list(signals.values()))
     with written_whole(path) as new:

@@ -18,6 +18,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from drillrig_env.command_line import DONE, FAILED, Parser, command
+from drillrig_env.files import check_writable
 from drillrig_env.flags import add_rig_argument
 from drillrig_env.parameters import closest
 
@@ -39,6 +40,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     for name in options.only or ():
         if name not in FIGURES:
             parser.error(f"--only: figure {name!r} is not known; {closest(name, FIGURES)}")
+    check_writable(options.output)
     names = list(dict.fromkeys(options.only or FIGURES))
     written: list[str] = []
     with Progress(console=Console(stderr=True)) as progress:

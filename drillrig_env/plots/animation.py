@@ -28,7 +28,7 @@ from drillrig_env.allowed import Made
 from drillrig_env.command_line import Parser, command
 from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.extras import missing
-from drillrig_env.files import written_whole
+from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_fields, add_rig_argument, given_fields
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter
 from drillrig_env.policy import make_policy
@@ -105,7 +105,6 @@ def save(film: Film, path: Path) -> int:
         small = picture.resize(size, Image.Resampling.LANCZOS)
         palette = palette or small.quantize(_COLORS, Image.Quantize.FASTOCTREE)
         pictures.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
-    path.parent.mkdir(parents=True, exist_ok=True)
     more: dict[str, Any] = {"append_images": pictures[1:], "duration": film.frame_time, "loop": 0, "optimize": True}
     with written_whole(path) as new:
         pictures[0].save(new, save_all=True, **more)
@@ -120,6 +119,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     add_rig_argument(parser)
     add_fields(parser, Film, skip=["rig"])
     options = parser.parse_args(arguments)
+    check_writable_file(options.output)
     try:
         number = save(Film(**{**given_fields(options, Film), "rig": options.rig}), options.output)
     except (ValueError, ImportError) as error:

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from drillrig_env.command_line import Parser, command
-from drillrig_env.files import check_writable, write_text
+from drillrig_env.files import check_writable_file, write_text
 from drillrig_env.validation.page import page
 
 
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if output is None:
         print(page(), end="")
         return 0
-    check_writable(output.parent)
+    check_writable_file(output)
     write_text(output, page())
     print(output.resolve())
     return 0
