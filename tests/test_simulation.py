@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate, simulate_batch
-from drillrig_env.model import STATE_NAMES, state_equations
+from drillrig_env.model import STATE_NAMES, frictionless_state, state_equations
 
 START = (0.0, 0.0, 2.0, 2.0, 2.0, 0.5, 0.0)
 
@@ -29,6 +29,14 @@ def test_result_has_named_signals_of_one_length():
         np.testing.assert_array_equal(getattr(run, name), run.state[:, column])
     assert {len(signal) for signal in run.signals().values()} == {5}
     assert {"time", "bit_speed", "current", "voltage", "torque_into_string", "friction_torque"} <= set(run.signals())
+
+
+def test_defaults_are_half_a_minute_from_rest_every_hundredth_of_a_second():
+    run = simulate()
+    np.testing.assert_allclose(run.time, np.arange(3001) / 100.0)
+    np.testing.assert_array_equal(run.state[0], frictionless_state(Rig(), 0.0))
+    assert set(run.speed_reference) == {2.0}
+    assert set(run.normal_force) == {Friction().normal_force}
 
 
 def test_derived_signals_satisfy_the_state_equations():

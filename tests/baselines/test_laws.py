@@ -5,6 +5,7 @@ import pytest
 
 from baselines import Constant, FeedForwardStart, JumpEaseEstimated, SoftTorque, SpeedPulse, ZTorque
 from baselines.mppi import _TIMES, KNOTS, MPPI, _coloured, _named
+from baselines.set_point_feedback import SetPointFeedback, wanted_change
 from drillrig_env import Friction, Rig
 from drillrig_env.model import STATE_NAMES, steady_state
 from drillrig_env.stability import critical_speed
@@ -212,6 +213,22 @@ def test_longest_delay_is_reckoned_on_with_the_references_since():
         wanted.append(policy.desired_reference(seen, TOLD, memory)[0])
         assert memory[0, KNOTS] == 22.0
     assert wanted == pytest.approx([4.0, 4.0], abs=1e-6)
+
+
+def test_who_is_told_of_no_delay_reckons_with_none():
+    """Off steady rotation a step of delay would show: the state seen is not that of now."""
+    x = steady_state(RIG, FRICTION, 4.0) + 0.3 * np.eye(7)[2]
+    policy, wanted = MPPI(samples=0, threads=1), []
+    seen = seen_by(policy, **dict(zip(STATE_NAMES, x, strict=True)), speed_reference=4.0, speed_target=4.0)
+    for delay in ({}, {"delay": 0}, {"delay": 1}):
+        policy.tell({**TOLD, **delay})
+        memory = np.zeros((1, policy.memory))
+        memory[0, KNOTS], memory[0, KNOTS + 1 :] = 21.0, 4.0
+        wanted.append(policy.desired_reference(seen, TOLD, memory)[0])
+    assert wanted[0] == wanted[1]
+    assert wanted[2] != pytest.approx(wanted[1], abs=1e-3)
+    row = SetPointFeedback(RIG, effort=30.0).at(FRICTION, np.array([4.0]))
+    assert wanted[0] == pytest.approx(4.0 + wanted_change(row, x[None], np.array([4.0]))[0])
 
 
 def test_plans_with_a_name_start_and_end_where_they_say():

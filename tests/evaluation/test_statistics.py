@@ -31,6 +31,7 @@ def test_bootstrap_of_a_mean_is_near_the_normal_interval():
 
 def test_constant_and_empty_samples():
     assert median(np.full(5, 7.0)) == median(np.full(9, 7.0)).__class__(7.0, 7.0, 7.0, 5)
+    assert mean(np.array([3.0])) == mean(np.array([])).__class__(3.0, 3.0, 3.0, 1)
     assert np.isnan(rate(np.array([], dtype=bool)).value)
     assert np.isnan(mean(np.array([])).value)
 
