@@ -139,6 +139,17 @@ def test_feed_forward_start_takes_a_torque_on_the_collars_for_no_shaking():
     assert memory[0, 4] == pytest.approx(0.0, abs=1e-12)
 
 
+def test_feed_forward_start_measures_unrest_by_the_mean_square_of_swings_to_either_side():
+    """Over 2.5 s: 1 / e of the square is still to come by then."""
+    policy = FeedForwardStart()
+    memory = np.zeros((1, policy.memory))
+    for step in range(25):
+        torque = STEADY + (-1) ** step * 0.05
+        seen = twisted(policy, torque, top_speed=3.2, collar_speed=3.2) | {"speed_reference": np.array([3.2])}
+        policy.desired_reference(seen, TOLD, memory)
+    assert memory[0, 4] == pytest.approx(0.05**2 * (1.0 - 1.0 / np.e))
+
+
 def test_feed_forward_start_smooths_torque_and_speed_over_half_a_second():
     """0.5 s after a step, 1 / e of it is still to come; the first value is taken as it is."""
     policy = FeedForwardStart()
