@@ -78,6 +78,13 @@ def test_resolved_waves_have_no_high_harmonics():
     assert balance.is_resolved(np.cos(theta) + 1e-6 * np.cos(25 * theta))
 
 
+@pytest.mark.parametrize(("samples", "first"), [(32, 14), (64, 29), (256, 113)])
+def test_high_harmonics_are_the_last_three_or_the_last_eighth(samples, first):
+    balance, theta = HarmonicBalance(RIG, samples), 2 * np.pi * np.arange(samples) / samples
+    for harmonic, resolved in ((first - 1, True), (first, False), (samples // 2, False)):
+        assert balance.is_resolved(np.cos(theta) + 1e-6 * np.cos(harmonic * theta)) == resolved
+
+
 def test_newtons_method_finds_the_orbit_from_a_wave_of_another_depth():
     """The depth is an equation like the others: it need not hold for the guess."""
     wave = FAMILY.waves[30]
