@@ -55,6 +55,19 @@ def test_z_torque_gives_way_to_the_torque_by_its_gain():
     assert policy.desired_reference(twisted(policy, 0.5), {}, memory)[0] == pytest.approx(3.0 - 5.0 * 0.1)
 
 
+def test_z_torque_looks_ahead_along_the_strings_mode():
+    """Half a period on, a swing of the torque is its opposite."""
+    now, later = (ZTorque(lead=lead, follow=0.5, lift=0.0) for lead in (0.0, 0.5 / RIG.string_frequencies[0]))
+    memories = [np.zeros((1, policy.memory)) for policy in (now, later)]
+    for torque in (0.3, 0.5, 0.45, 0.2):
+        wanted = [
+            policy.desired_reference(twisted(policy, torque), {}, memory)[0] - 3.0
+            for policy, memory in zip((now, later), memories, strict=True)
+        ]
+    assert wanted[0] != pytest.approx(0.0, abs=1e-3)
+    assert wanted[1] == pytest.approx(-wanted[0])
+
+
 def test_z_torque_lifts_by_what_the_amplitude_is_above_calm():
     policy = ZTorque(gain=0.0, time_constant=2.0, lead=0.0, follow=1.0, lift=4.0, calm=0.1)
     memory = np.zeros((1, policy.memory))

@@ -24,6 +24,12 @@ def test_samples_are_the_start_and_every_whole_period(duration, period, samples)
     assert states.shape == (3, samples, 7)
 
 
+def test_defaults_are_half_a_minute_at_two_radians_a_second_every_tenth_of_a_second():
+    states = simulate_batch()
+    assert states.shape == (1, 301, 7)
+    np.testing.assert_array_equal(states[0], simulate(sample_period=0.1).state)
+
+
 @pytest.mark.parametrize(
     ("period", "parts"),
     [(0.05, 1), (0.1, 1), (0.1 + 0.2, 3), (1 / 3, 4), (0.7, 7), (1.1, 11), (0.1 * (1 + 1e-12), 1), (0.1 + 1e-10, 2)],
