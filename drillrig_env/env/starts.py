@@ -39,6 +39,7 @@ def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, tables: Table
     fresh["string_torque"] = fresh["torque_mean"] = torque_into_string(rig, fresh["state"][:, :7])
     _settle(task, fresh, np.flatnonzero(draws.start == STICK_SLIP), draws.phase, settings, tables, threads)
     _hand_over(task, fresh)
+    fresh["torque_into_string"] = torque_into_string(rig, fresh["state"][:, :7])
     return fresh
 
 

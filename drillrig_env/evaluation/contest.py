@@ -96,7 +96,9 @@ def run_contest(
             continue
         try:
             scores = _run_members(contestant, suite, histories, progress)
-        except (Exception, SystemExit) as error:  # a stranger's policy may raise anything
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a stranger's policy may raise anything
             failures.append(Failure.of(contestant.name, suite.name, error))
             continue
         results.add(suite.name, contestant.name, scores)

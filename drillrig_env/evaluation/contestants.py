@@ -50,7 +50,9 @@ def find_contestants(
     for label, source in sources.items():
         try:
             contestants.append(contestant_of(source, conditions, label))
-        except (Exception, SystemExit) as error:  # a stranger's policy may raise anything
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a stranger's policy may raise anything
             if names:
                 failures.append(Failure.of(label, "", error))
             else:
@@ -66,9 +68,9 @@ def _find_sources(
     for name in names or policy_names():
         try:
             source = find_policy(name)
-        except UnknownPolicyError:
+        except (UnknownPolicyError, KeyboardInterrupt):
             raise
-        except (Exception, SystemExit) as error:  # a stranger's file may raise anything
+        except BaseException as error:  # a stranger's file may raise anything
             failures.append(Failure.of(name, "", error))
             continue
         if source.slow and not (names or slow):

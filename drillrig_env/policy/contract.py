@@ -60,8 +60,14 @@ def channels_of(policy: Any) -> tuple[str, ...] | None:
 
 
 def privileged_of(policy: Any) -> tuple[str, ...]:
-    """The entries of `info` that a policy must be told before each `predict`. `TypeError` where it cannot be told."""
-    names = tuple(getattr(policy, "privileged", ()))
+    """The entries of `info` that a policy must be told before each `predict`.
+
+    `ValueError` where they are no names, `TypeError` where the policy cannot be told.
+    """
+    told = getattr(policy, "privileged", ())
+    if isinstance(told, str) or not isinstance(told, Sequence) or not all(isinstance(name, str) for name in told):
+        raise refuse(type(policy).__name__, "privileged", repr(told), "", "names of entries of info, such as ('mu_s',)")
+    names = tuple(told)
     if names and not callable(getattr(policy, "tell", None)):
         raise TypeError(f"{type(policy).__name__} must be told {', '.join(names)}, and has no tell(info)")
     return names

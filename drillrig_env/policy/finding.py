@@ -51,7 +51,7 @@ class PolicySource:
     @property
     def slow(self) -> bool:
         """Whether an episode takes minutes rather than seconds."""
-        return any(bool(getattr(maker, "slow", False)) for maker in self.makers.values())
+        return any(getattr(maker, "slow", False) is True for maker in self.makers.values())
 
     def make(self, seed: str | None = None, **context: Any) -> Policy:
         """The policy of a training seed (default: the first), made for the `sensors`, `rig` and `slew_limit` given.
@@ -135,13 +135,22 @@ def load_class(file: Path, name: str) -> type:
 
 @lru_cache(maxsize=1)
 def _installed() -> Mapping[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group=GROUP)}
+    """Entry points by name; a name of the project's own stays its own where another package offers it too."""
+    entries = sorted(entry_points(group=GROUP), key=_is_own)
+    return {entry.name: entry for entry in entries}
 
 
 def _from_entry_point(name: str, entry: EntryPoint) -> PolicySource:
-    own = entry.dist is not None and entry.dist.name == "drillrig"
-    about = {"kind": "baseline"} if own or entry.dist is None else {"kind": "installed", "package": entry.dist.name}
+    about = (
+        {"kind": "baseline"}
+        if entry.dist is None or _is_own(entry)
+        else {"kind": "installed", "package": entry.dist.name}
+    )
     return PolicySource(name, {"": entry.load()}, about)
+
+
+def _is_own(entry: EntryPoint) -> bool:
+    return entry.dist is not None and entry.dist.name == "drillrig"
 
 
 def _agents() -> Any:

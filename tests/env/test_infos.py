@@ -7,6 +7,7 @@ from gymnasium.error import ResetNeeded
 
 import drillrig_env
 from drillrig_env.env.scenario import STARTS
+from drillrig_env.model import torque_into_string
 
 DTYPES = {
     "bit_speed": np.float64,
@@ -87,6 +88,19 @@ def test_info_says_what_the_episode_is():
     sensors = env.unwrapped.sensors
     for name in ("bit_speed", "top_speed", "speed_reference", "speed_target"):
         assert sensors.value(observation, name) == pytest.approx(info[name], abs=1e-5)
+
+
+@pytest.mark.parametrize("torque", [0.0, 0.2])
+@pytest.mark.parametrize("start", STARTS)
+def test_the_torque_is_that_of_the_state_at_a_reset_too(start, torque):
+    rig = drillrig_env.Rig(T_r2=torque)
+    options = {**STICKS, "start": start}
+    vector, env = (make("DrillRig-v0", rig=rig, drive=(0.3, 0.2, 0.5)) for make in (gym.make_vec, gym.make))
+    for info in (vector.reset(seed=0, options=options)[1], env.reset(seed=0, options=options)[1]):
+        state = env.unwrapped.core.episodes["state"][:, :7] if info["start"].shape == () else None
+        wanted = torque_into_string(rig, vector.core.episodes["state"][:, :7] if state is None else state)
+        assert info["torque_into_string"] == pytest.approx(wanted[0], abs=1e-12)
+        assert (abs(wanted[0]) > 0.01) == (start != "rest" or torque > 0.0)
 
 
 def test_start_is_the_one_that_came_out():

@@ -41,6 +41,11 @@ class Leaves(Hold):
         raise SystemExit(0)
 
 
+class Closes(Hold):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        raise GeneratorExit
+
+
 class CannotBeMade(Hold):
     def __init__(self):
         raise KeyError("gain")
@@ -51,16 +56,17 @@ def contestant(policy, name=None):
 
 
 def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
-    field = [contestant(policy) for policy in (Raises, Flat, NotANumber, Leaves, CannotBeMade, Hold)]
+    field = [contestant(policy) for policy in (Raises, Flat, NotANumber, Leaves, CannotBeMade, Closes, Hold)]
     results = Results({"policies": {}})
     failures = run_contest(SUITE, field, results, Histories(), tmp_path)
-    assert [failure.policy for failure in failures] == ["Raises", "Flat", "NotANumber", "Leaves", "CannotBeMade"]
+    assert [failure.policy for failure in failures] == [one.name for one in field[:-1]]
     assert "no telling" in str(failures[0])
     assert "tell" in failures[0].trace
     assert "shape (6,)" in str(failures[1])
     assert "NotANumber: the action for rig 0 (seed 1000000000) in control step 1 is not finite" in str(failures[2])
     assert "SystemExit" in str(failures[3])
     assert "gain" in str(failures[4])
+    assert "GeneratorExit" in str(failures[5])
     assert read(tmp_path).policies == results.policies == ["Hold"]
 
 

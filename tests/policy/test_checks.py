@@ -85,6 +85,13 @@ class CannotBeTold(Keeps):
     privileged = ("mu_s",)
 
 
+class OddPrivileged(Keeps):
+    privileged = "mu_s"
+
+    def tell(self, info):
+        pass
+
+
 class Exits(Keeps):
     def predict(self, observation, state=None, episode_start=None, deterministic=True):
         raise SystemExit(0)
@@ -127,6 +134,7 @@ def test_a_policy_that_keeps_the_contract_passes(policy):
         (NoState, r"predict returns ndarray; allowed: \(actions, state\)"),
         (OddSensors, "sensors = 5"),
         (CannotBeTold, "must be told mu_s"),
+        (OddPrivileged, "privileged = 'mu_s' is not allowed; allowed: names of entries"),
         (NoPolicy, "has no predict"),
         (Exits, r"Exits: ends the whole program \(SystemExit: 0\)"),
         (ExitsWhenMade, "ExitsWhenMade: ends the whole program .*no licence"),

@@ -84,6 +84,22 @@ def test_a_class_that_a_file_lacks_is_named(file):
         find_policy(f"{file.parent / 'absent.py'}:Law")
 
 
+class Package:
+    def __init__(self, name):
+        self.name = name
+
+
+def test_a_name_of_the_projects_own_stays_its_own(monkeypatch):
+    own = EntryPoint("constant", "baselines:Constant", finding.GROUP)._for(Package("drillrig"))
+    other = EntryPoint("constant", "baselines:ZTorque", finding.GROUP)._for(Package("theirs"))
+    for entries in ([own, other], [other, own]):
+        monkeypatch.setattr(finding, "entry_points", lambda group, found=entries: EntryPoints(found))
+        finding._installed.cache_clear()
+        assert type(make_policy("constant")) is baselines.Constant
+    monkeypatch.undo()
+    finding._installed.cache_clear()
+
+
 def test_other_packages_offer_policies_as_entry_points(monkeypatch):
     entry = EntryPoint("theirs", "baselines:Constant", finding.GROUP)
     monkeypatch.setattr(finding, "entry_points", lambda group: EntryPoints([entry]))
