@@ -35,6 +35,10 @@ def test_chapter_holds_the_chapters_cases():
     assert set(np.asarray(episodes.friction.normal_force)) == {10.0, 20.0, 25.0}
     assert episodes.speed_target[-2:].tolist() == [3.0, 3.14]
     assert set(np.asarray(episodes.friction.mu_s)) == {0.5}
+    begun = rigs_of(chapter).episodes
+    assert begun["normal_force"].tolist() == [10.0] * 21 + [20.0] * 21 + [0.0] * 2  # no load until 25 N at 10 s
+    assert begun["load_times"][-2:, :2].tolist() == [[10.0, np.inf]] * 2
+    assert begun["load_forces"][-2:, 0].tolist() == [25.0, 25.0]
 
 
 def test_load_starts_steady_at_a_low_force_and_steps_up():
