@@ -56,3 +56,18 @@ def test_file_holds_a_friction_of_single_numbers(tmp_path):
     friction = Friction(12.5, 0.55, 0.31, 1.1)
     friction.to_toml(tmp_path / "friction.toml")
     assert vars(Friction.from_toml(tmp_path / "friction.toml")) == vars(friction)
+
+
+def test_description_has_a_line_for_every_field_with_value_and_unit():
+    lines = [line.split() for line in Friction(12.5).describe().splitlines()]
+    found = {words[0]: words for words in lines if words}
+    assert {"normal_force", "mu_s", "mu_k", "v_b"} <= found.keys()
+    assert {"12.5", "N"} <= set(found["normal_force"])
+    assert {"1.0", "s/rad"} <= set(found["v_b"])
+
+
+def test_friction_comes_back_from_its_file(tmp_path):
+    friction = Friction(12.5, 0.61, 0.29, 1.3)
+    friction.to_toml(tmp_path / "clay.toml")
+    assert vars(Friction.from_toml(tmp_path / "clay.toml")) == vars(friction)
+    assert vars(Friction.of(tmp_path / "clay.toml")) == vars(friction)
