@@ -4,7 +4,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from baselines.linear_rig import LEVEL, MEAN_TORQUE, LinearRig
-from baselines.lqg import _OFFSET, _PAST, _SHAKING, _SLOPES, _STEP, LQG
+from baselines.lqg import _FIRST_LEVEL_SPREAD, _FIRST_SPREAD, _OFFSET, _PAST, _SHAKING, _SLOPES, _STEP, LQG
 from baselines.tune import tuning_suite
 from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import run
@@ -147,6 +147,17 @@ def test_estimate_of_late_measurements_is_reckoned_on_with_the_known_references(
         }
         z = policy._estimate(shown, memory, target, references[step : step + 1], gains)[0]
         np.testing.assert_allclose(z, true[step], atol=1e-9)
+
+
+def test_error_of_the_first_estimate_has_nothing_in_common_with_what_was_seen():
+    """The mark of the best linear estimate, here with the ordinary noise of the surface and what is known before."""
+    policy = LQG("surface")
+    known = np.diag([*np.square(_FIRST_SPREAD), 0.0, 0.0, 0.01])
+    known += _FIRST_LEVEL_SPREAD**2 * np.outer(policy.model.per_level, policy.model.per_level)
+    noise = {channel.name: channel.noise for channel in policy.sensors.channels}
+    rows = np.stack([policy.model.measurement(name)[0] for name in policy.measured])
+    seen = rows @ known @ rows.T + np.diag([noise[name] ** 2 for name in policy.measured])
+    np.testing.assert_allclose(known @ rows.T - policy._first @ seen, 0.0, atol=1e-12)
 
 
 def test_reaches_its_mark_on_random_rigs():
