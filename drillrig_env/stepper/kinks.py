@@ -55,7 +55,8 @@ def step_through_kinks(y: FloatArray, zone: int, contact: Record, table: Record,
         settling = amplitude * exp(rate * min(reach, left))
         if reach == 0.0 or (reach < left and abs(settling) > _SETTLED):
             break
-        _land(y, table, work, min(reach, left))
+        if not _land(y, table, work, min(reach, left)):
+            break
         if settling != 0.0:
             for i in range(STATE):
                 y[i] += settling * work.fast[i]
@@ -70,8 +71,11 @@ def step_through_kinks(y: FloatArray, zone: int, contact: Record, table: Record,
 
 
 @compiled
-def _land(y: FloatArray, table: Record, work: Record, share: float) -> None:
-    """Move `y` on within a solved step, by a `share` of it: the Taylor series of y' = M y + b T_r1."""
+def _land(y: FloatArray, table: Record, work: Record, share: float) -> bool:
+    """Move `y` on within a solved step, by a `share` of it: the Taylor series of y' = M y + b T_r1.
+
+    False where the series does not end: a motor of small inductance is too fast for a step of this length.
+    """
     powers, term, M = work.powers, work.term, table.rate_from_state
     for i in range(NODES):
         powers[i] = 0.0
@@ -92,7 +96,8 @@ def _land(y: FloatArray, table: Record, work: Record, share: float) -> None:
         for i in range(7):
             largest = max(largest, abs(term[i]))
         if largest < _TAYLOR_TOLERANCE and order >= NODES:
-            break
+            return True
+    return False
 
 
 @compiled

@@ -6,6 +6,7 @@ import pytest
 from drillrig_env import Friction, Rig
 from drillrig_env.model import wound_up
 from drillrig_env.reference import radau
+from drillrig_env.simulation import simulate
 from drillrig_env.stepper.collocation import WORKSPACE, solve_nodes
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.tables import STATE, from_equilibrium, step_tables, to_states
@@ -64,3 +65,10 @@ def test_state_is_left_as_it_was_where_the_step_cannot_be_taken():
     solve_nodes(y, 1, CONTACT, LADDER.rungs[RUNG], work)
     assert not step_through_kinks(y, 1, CONTACT, LADDER.rungs[RUNG], work, 0.0)
     np.testing.assert_array_equal(y, before)
+
+
+@pytest.mark.parametrize(("rig", "force"), [(Rig(L=1e-5), 20.0), (Rig(L=1e-5), 3.0), (Rig(L=1e-7), 30.0)])
+def test_a_rig_with_a_mode_too_fast_for_the_series_takes_shorter_steps(rig, force):
+    arguments = {"friction": Friction(force), "speed_reference": 2.0, "duration": 3.0, "sample_period": 0.05}
+    fast, exact = (simulate(rig, method=method, **arguments) for method in ("fast", "radau"))
+    np.testing.assert_allclose(fast.state[:, 2:5], exact.state[:, 2:5], atol=1e-6)
