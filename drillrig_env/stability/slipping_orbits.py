@@ -36,6 +36,9 @@ _FIRST_DEPTH = 0.02
 _TAIL = 1e-9
 """Largest share of the highest harmonics; above it the number of samples is doubled."""
 
+_MOST_SAMPLES = 4096
+"""Most samples of an orbit; plausible rigs take 64 to 512, and a matrix for twice this many fills 0.5 GB."""
+
 Complex = npt.NDArray[np.complex128]
 
 
@@ -146,7 +149,8 @@ def _balance(rig: Rig, samples: int) -> HarmonicBalance:
 def slipping_orbits(rig: Rig, largest_depth: float = 12.0) -> SlippingOrbits:
     """Follow the family of a rig from its Hopf point to a depth (12: well past 40 N on the chapter's rig).
 
-    Raises `ValueError` for a rig without a Hopf point, whose Delta T_r,min is not negative.
+    Raises `ValueError` for a rig without a Hopf point, whose Delta T_r,min is not negative, and
+    `FloatingPointError` for one whose orbits cannot be found or resolved.
     """
     slope = critical_slope(rig)
     if slope >= 0:
@@ -161,6 +165,11 @@ def slipping_orbits(rig: Rig, largest_depth: float = 12.0) -> SlippingOrbits:
     for depth in depths:
         q, frequency, log_gain = _balance(rig, samples).solve(depth, q * (-depth / q[0]), frequency, log_gain)
         while not _balance(rig, samples).is_resolved(q):
+            if samples >= _MOST_SAMPLES:
+                raise FloatingPointError(
+                    f"harmonic balance: {samples} samples do not resolve the orbit of depth {depth:g}; "
+                    "check the rig's parameters"
+                )
             samples *= 2
             finer = np.fft.irfft(np.fft.rfft(q), samples) * 2.0
             q, frequency, log_gain = _balance(rig, samples).solve(depth, finer, frequency, log_gain)

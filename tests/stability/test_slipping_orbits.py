@@ -100,6 +100,13 @@ def test_no_orbit_is_said_where_newton_finds_none():
         HarmonicBalance(RIG, 16).solve(5.0, FAMILY.waves[60][:: len(FAMILY.waves[60]) // 16], 2.0, FAMILY.log_gain[1])
 
 
+def test_orbits_that_are_never_resolved_end_in_a_sentence_before_they_fill_the_memory(monkeypatch):
+    monkeypatch.setattr(HarmonicBalance, "is_resolved", lambda self, q: False)
+    monkeypatch.setattr("drillrig_env.stability.slipping_orbits._MOST_SAMPLES", 256)
+    with pytest.raises(FloatingPointError, match=r"256 samples do not resolve the orbit of depth 0\.02; check the rig"):
+        slipping_orbits(Rig(J_2=0.02), 1.0)
+
+
 def test_rig_without_a_hopf_point_has_no_family():
     with pytest.raises(ValueError, match=r"Delta T_r,min = 0\.12.*never stable"):
         slipping_orbits(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0))
