@@ -64,7 +64,7 @@ def test_command_writes_the_page_and_explains_itself(tmp_path, capsys):
     assert (tmp_path / "page.md").read_text(encoding="utf-8") == page()
     main([])
     assert page() in capsys.readouterr().out
-    assert main(["--output", str(tmp_path / "missing" / "page.md")]) == 1
+    assert main(["--output", str(tmp_path)]) == 1
     with pytest.raises(SystemExit):
         main(["--help"])
     assert "docs/validation.md" in capsys.readouterr().out
