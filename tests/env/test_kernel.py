@@ -134,3 +134,11 @@ def test_noise_is_that_of_a_known_generator():
     core.step(np.zeros((1, 1), np.float32))
     error = core.sensors.value(core.observations, "bit_speed")[0] - core.episodes["state"][0, 2]
     assert error == pytest.approx(0.3 * expected, abs=1e-6)
+
+
+def test_a_step_counts_the_rigs_whose_state_is_lost():
+    core = begin(STICKING, rigs=3)
+    step = core.bound_step(np.zeros((3, 1), dtype=np.float32), np.zeros_like(core.observations))
+    for lost in (0, 1, 2):
+        core.episodes["state"][:lost, 2] = np.nan
+        assert step() == lost

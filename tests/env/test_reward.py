@@ -43,6 +43,8 @@ def test_running_statistics_are_the_weighted_mean_and_variance_of_the_past():
         ({"tracking": -1e-9}, "tracking"),
         ({"action": float("nan")}, "action = nan"),
         ({"time_constant": 0.0}, r"time_constant = 0\.0 s"),
+        ({"time_constant": 0.9e-3}, r"time_constant = 0\.0009 s .* >= 0\.001"),
+        ({"time_constant": 1.1e6}, r"time_constant = 1100000\.0 s"),
         ({"variance_shape": "cubic"}, "variance_shape = 'cubic'"),
         ({"tracking_shape": "cubic"}, "tracking_shape = 'cubic'"),
     ],
