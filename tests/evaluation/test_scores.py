@@ -127,6 +127,12 @@ def test_regions_meet_at_critical_speed_and_fold(target, region):
     assert result["region"] == region
 
 
+def test_a_rig_on_a_border_belongs_to_the_side_above_it():
+    borders = scored(*CALM, friction=friction(10.0))
+    for border, region in (("critical_speed", "bistable"), ("fold", "above")):
+        assert scored(*CALM, target=borders[border], friction=friction(10.0))["region"] == region
+
+
 def test_without_stick_slip_every_speed_is_above_the_fold():
     result = scored(*CALM, target=0.5, friction=friction(0.5))
     assert result["critical_speed"] == 0.0
