@@ -127,6 +127,15 @@ def test_regions_meet_at_critical_speed_and_fold(target, region):
     assert result["region"] == region
 
 
+@pytest.mark.parametrize(("first", "last", "calm"), [(0, 499, True), (150, 300, True), (499, 501, False)])
+def test_only_the_last_ten_seconds_count_for_calm(first, last, calm):
+    lowest, highest, average = (np.array(values) for values in CALM)
+    lowest[first:last], highest[first:last], average[first:last] = 0.0, 6.0, 3.0
+    result = scored(lowest, highest, average)
+    assert result["calm"] == result["mitigated"] == calm
+    assert (result["ssi"] < 0.01) == calm
+
+
 def test_a_rig_on_a_border_belongs_to_the_side_above_it():
     borders = scored(*CALM, friction=friction(10.0))
     for border, region in (("critical_speed", "bistable"), ("fold", "above")):

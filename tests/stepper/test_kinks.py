@@ -56,6 +56,16 @@ def test_step_across_a_kink_is_the_solution(state, zone):
     np.testing.assert_allclose(found, after(state, STEP), atol=1e-8)
 
 
+def test_step_that_begins_with_the_fast_settling_of_a_stick_is_the_solution():
+    """The bit is slow to the wrong side, and settles within microseconds: no cubic follows that, but the split does."""
+    state = wound_up(RIG, FRICTION, OMEGA_REF)
+    state[:2] *= 0.5
+    state[2] = -0.5 * RIG.omega_s
+    taken, found = stepped(state, 0)
+    assert taken
+    np.testing.assert_allclose(found, after(state, STEP), atol=1e-8)
+
+
 def test_state_is_left_as_it_was_where_the_step_cannot_be_taken():
     """From a node that tells of no crossing: the reach is 0 while the bit slips."""
     state = np.array([0.1, -0.5, 0.004, 0.0, 2.0, 0.8, 4.0])
