@@ -40,7 +40,7 @@ STARTUP = Part(
     "Start-up",
     """Seconds within fresh processes, from before the import to after the result, without Python's own start. The first
 process after an install compiles the kernels and stores them; later ones read them. Where the install folder is
-read-only, Numba stores them in the user's own cache folder.""",
+read-only they are stored in the user's own cache folder, and without a home in the system's temporary folder.""",
     result,
     tables,
 )
