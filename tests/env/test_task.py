@@ -1,5 +1,6 @@
 """The record of what an environment is: every way to give its fields, what they mean, and what is refused."""
 
+import inspect
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -160,3 +161,11 @@ def test_extreme_values_that_are_allowed_give_finite_rewards():
     env.reset(seed=0, options={"speed_target": 0.01, "normal_force": 30.0, "start": "rest"})
     rewards = [env.step(np.ones(1, np.float32))[1] for _ in range(100)]
     assert np.isfinite(rewards).all()
+
+
+def test_page_holds_the_table_of_infos_of_the_docstring():
+    page = (Path(__file__).parents[2] / "docs" / "environment.md").read_text(encoding="utf-8")
+    rows = inspect.getdoc(DrillRigEnv).split("## Info\n")[1].split("## Arguments")[0].splitlines()
+    table = [row for row in rows if row.startswith("|")]
+    assert len(table) > 3
+    assert "\n".join(table) in page
