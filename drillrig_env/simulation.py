@@ -26,6 +26,9 @@ Schedule: TypeAlias = float | Sequence[tuple[float, float]]
 
 _Method: TypeAlias = Callable[[Rig, Friction, float, FloatArray, FloatArray], FloatArray]
 
+SIGNALS = ("time", *STATE_NAMES, "speed_reference", "normal_force", "voltage", "torque_into_string", "friction_torque")
+"""The names of all signals of a simulation, in the order of its table."""
+
 _TIME_TOLERANCE = 1e-9  # s; times closer than this are the same time
 
 
@@ -100,10 +103,7 @@ class Simulation:
 
     def signals(self) -> dict[str, FloatArray]:
         """Every signal by name, arrays of one length: ready for `pandas.DataFrame` or `numpy.savez`."""
-        named = {name: self._named(name) for name in STATE_NAMES}
-        inputs = {"speed_reference": self.speed_reference, "normal_force": self.normal_force}
-        derived = {name: getattr(self, name) for name in ("voltage", "torque_into_string", "friction_torque")}
-        return {"time": self.time, **named, **inputs, **derived}
+        return {name: self._named(name) if name in STATE_NAMES else getattr(self, name) for name in SIGNALS}
 
 
 def simulate(

@@ -162,3 +162,5 @@ def test_eval_py_in_a_clone_is_the_same_command():
     )
     assert done.returncode == 0
     assert done.stdout.startswith("usage: python eval.py ")
+    assert "  python eval.py --suite default --details" in done.stdout
+    assert "drillrig evaluate" not in done.stdout

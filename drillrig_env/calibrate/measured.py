@@ -1,7 +1,7 @@
 """Score a measured time series against the model: P_C (4-10) and APL (4-11) of every measured speed.
 
 FILE.csv has a header and cells separated by commas: `time` (s, ascending) and any of `bit_speed`,
-`collar_speed`, `top_speed` (rad/s), such as
+`collar_speed`, `top_speed` (rad/s); what else `drillrig simulate --csv` writes is passed over. Such as
 
     time,bit_speed,top_speed
     12.50,0.000,0.000
@@ -39,13 +39,15 @@ from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_
 from drillrig_env.model import steady_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, refuse
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.simulation import Schedule, simulate
+from drillrig_env.simulation import SIGNALS, Schedule, simulate
 
 Start = Literal["rest", "steady"]
 
 STARTS: tuple[Start, ...] = ("rest", "steady")
 SPEEDS = ("bit_speed", "collar_speed", "top_speed")
 COLUMNS = ("time", *SPEEDS)
+_PASSED_OVER = frozenset(SIGNALS) - frozenset(COLUMNS)
+"""Columns that `drillrig simulate --csv` writes beside these; there is nothing to score in them."""
 
 _SAMPLE_PERIOD = 1e-3  # s; interpolating at 0.01 s would miss how the drive answers a step by up to 1 rad/s
 
@@ -60,6 +62,8 @@ class Measurement:
 
 def read_measurement(path: str | Path, start_time: float | None = None) -> Measurement:
     """Read a CSV file: a header, `time` (s, ascending) and any of `SPEEDS` (rad/s). Empty lines are skipped.
+
+    What else `drillrig simulate --csv` writes is passed over.
 
     The first sample becomes t = 0; or `start_time` (s, on the file's own clock) does, and what was
     sampled before is left out. Raises `ValueError` that names file, line (counted from 1, as an editor
@@ -99,13 +103,13 @@ def _check_header(where: str, header: Sequence[str]) -> None:
     if all(_is_number(name) for name in header):
         raise ValueError(f"{where}, column 1: the header is missing; allowed: {', '.join(COLUMNS)}")
     for position, name in enumerate(header):
-        if name not in COLUMNS:
+        if name not in COLUMNS and name not in _PASSED_OVER:
             raise ValueError(f"{where}, column {position + 1}: {name!r} is not known; {closest(name, COLUMNS)}")
         if name in header[:position]:
             raise ValueError(f"{where}, column {position + 1}: {name} is there twice; allowed: once")
     if "time" not in header:
         raise ValueError(f"{where}, column time: missing; found: {', '.join(header)}")
-    if len(header) == 1:
+    if not set(header) & set(SPEEDS):
         raise ValueError(f"{where}, column 2: no speed beside time; allowed: any of {', '.join(SPEEDS)}")
 
 

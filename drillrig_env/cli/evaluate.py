@@ -121,7 +121,11 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
 
 
 def _parser(prog: str) -> Parser:
-    parser = Parser(prog=prog, description=__doc__, epilog=_EPILOG)
+    parser = Parser(
+        prog=prog,
+        description=(__doc__ or "").replace("drillrig evaluate", prog),
+        epilog=_EPILOG.replace("drillrig evaluate", prog),
+    )
     add = parser.add_argument
     add("policies", nargs="*", help=f"who competes: {', '.join(policy_names())}, ...")
     add(

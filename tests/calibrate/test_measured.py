@@ -6,7 +6,9 @@ import pytest
 
 from drillrig_env import Friction, Rig, simulate
 from drillrig_env.calibrate.measured import Measurement, main, read_measurement, reproduce, score_measurement
+from drillrig_env.cli.simulate import main as simulate_main
 from drillrig_env.model import steady_state
+from drillrig_env.simulation import SIGNALS
 
 LOADED = {"speed_reference": 3.14, "normal_force": [(0, 0.0), (5, 25.0)]}
 ON_THE_COMMAND_LINE = ["--speed-reference", "3.14", "--normal-force", "0:0", "5:25"]
@@ -45,6 +47,17 @@ def test_another_rig_or_run_is_no_perfect_match(path, change):
     bit = score_measurement(read_measurement(path), **{**LOADED, **change})[1]
     assert bit.correlation < 0.999
     assert bit.amplitude_pulse_level > 1e-4
+
+
+def test_what_simulate_writes_is_read_and_what_has_no_speed_is_passed_over(tmp_path):
+    file = tmp_path / "run.csv"
+    assert simulate_main(["--duration", "5", "--csv", str(file)]) == 0
+    assert set(SIGNALS) == set(file.read_text().split("\n")[0].split(","))
+    measured = read_measurement(file)
+    assert list(measured.signals) == ["bit_speed", "collar_speed", "top_speed"]
+    file.write_text("time,current\n0,1\n1,1\n")
+    with pytest.raises(ValueError, match="no speed beside time"):
+        read_measurement(file)
 
 
 def test_columns_in_any_order_quotes_spaces_empty_lines_and_the_first_sample_as_zero(tmp_path):

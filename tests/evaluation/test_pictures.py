@@ -1,5 +1,6 @@
 """What the pictures show: every policy, its numbers, and the physics' own borders."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -38,6 +39,17 @@ def test_map_has_the_rigs_of_each_policy_and_both_borders(comparison):
         force = critical.get_ydata()[100]
         assert critical.get_xdata()[100] == pytest.approx(critical_speed(Rig(), Friction(force)))
         assert fold.get_xdata()[100] == pytest.approx(fold_speed(Rig(), Friction(force)))
+
+
+def test_map_names_its_axes_under_the_last_panel_of_every_column(comparison):
+    """Also where the last line of panels is not full: four policies in three columns."""
+    results, _ = comparison
+    scores = dict(results.scores["default"])
+    more = replace(results, scores={"default": {**scores, "another": next(iter(scores.values()))}})
+    panels = [panel for panel in plot_map(more, "default").figure.axes if panel.get_visible()]
+    named = [panel for panel in panels if panel.get_xlabel()]
+    assert len(panels) == 4
+    assert len({round(panel.get_position().x0, 3) for panel in named}) == len(named) == 3
 
 
 def test_calming_ends_at_the_share_that_calms_down(comparison):

@@ -21,8 +21,16 @@ from time import perf_counter
 
 from tests.mutants.mutation import Mutant
 
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
+
 _COMPILATION = 120.0
 """What a mutant may take beyond five times the unchanged project's time, s: kernels are compiled anew."""
+
+_MEMORY = 8 << 30
+"""What a mutant's tests may take, bytes, where the system can hold them to it."""
 
 _FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.MULTILINE)
 
@@ -120,6 +128,7 @@ class Bench:
             stderr=subprocess.STDOUT,
             text=True,
             start_new_session=True,
+            preexec_fn=_limit_memory if resource else None,
         )
         try:
             output, _ = process.communicate(timeout=limit)
@@ -130,6 +139,12 @@ class Bench:
         finally:
             self._process = None
         return process.returncode, output
+
+
+def _limit_memory() -> None:
+    """In the child: a mutant that takes memory without end must not take the machine's."""
+    assert resource is not None
+    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
 
 
 def _end(process: subprocess.Popen[str]) -> None:

@@ -38,8 +38,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     for column in range(columns):
         last = panels[(len(policies) - 1 - column) // columns, column]
         last.tick_params(labelbottom=True)
-    for panel in panels[-1]:
-        panel.set_xlabel(r"target $\omega^*$, rad/s")
+        last.set_xlabel(r"target $\omega^*$, rad/s")
     for panel in panels[:, 0]:
         panel.set_ylabel(r"normal force $N_1$, N")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5, markerscale=1.6)
