@@ -3,7 +3,8 @@
 The source is read with `ast`, and each change is an edit of its very bytes, so that all else keeps its lines:
 comparisons, arithmetic, `and` and `or`, `not` and minus signs, numbers and defaults, the larger for the smaller,
 returned values and refusals. What only people read is left alone: docstrings, error texts, annotations,
-imports for the type checker, tables of tuned values.
+imports for the type checker, tables of tuned values. So are assertions, `strict=True` of a zip among them: they say
+what always holds, and change nothing while it does.
 """
 
 from __future__ import annotations
@@ -132,6 +133,8 @@ class _Source:
             return []
         unread: list[object] = [getattr(node, "annotation", None), getattr(node, "returns", None)]
         unread += getattr(node, "decorator_list", [])
+        if isinstance(node, ast.Call) and _name_of(node.func) == "zip":
+            unread += [word for word in node.keywords if word.arg == "strict" and _is_true(word.value)]
         return [child for child in ast.iter_child_nodes(node) if child not in unread]
 
     def _own(self, node: ast.AST) -> Iterator[Edit]:
@@ -193,3 +196,7 @@ def _name_of(node: ast.expr) -> str:
 
 def _is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
+
+
+def _is_true(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value is True

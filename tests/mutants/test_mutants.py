@@ -88,6 +88,21 @@ def test_each_operator_has_its_opposites(before, after):
     assert [becomes.removeprefix("x = ") for _, becomes in changes(f"x = {before}\n")] == after
 
 
+@pytest.mark.parametrize(
+    ("line", "after"),
+    [
+        ("zip(a, b, strict=True)", []),
+        ("zip(a, b, strict=False)", ["zip(a, b, strict=True)"]),
+        ("zip(a, b, strict=c > d)", ["zip(a, b, strict=c >= d)", "zip(a, b, strict=c <= d)"]),
+        ("zip(a - b, strict=True)", ["zip(a + b, strict=True)"]),
+        ("read(a, strict=True)", ["read(a, strict=False)"]),
+    ],
+)
+def test_that_lengths_are_the_same_is_an_assertion_and_left_alone(line, after):
+    """It says what always holds; allowing what never comes would change nothing."""
+    assert [becomes.removeprefix("x = ") for _, becomes in changes(f"x = {line}\n")] == after
+
+
 def test_every_mutant_of_a_real_file_is_python_and_differs():
     file = Path(command.__file__).with_name("mutation.py")
     source = file.read_bytes()
