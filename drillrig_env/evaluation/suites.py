@@ -75,9 +75,9 @@ def default_suite(rigs: int = 1000) -> Suite:
     return Suite("default", "default draws, starts in stick-slip", Scenario.named("default"), _sticking(rigs))
 
 
-def chapter_suite(_rigs: int = 0) -> Suite:
+def chapter_suite(_rigs: int) -> Suite:
     """The chapter's own cases: 10 N and 20 N over 1 to 5 rad/s, and 25 N stepped on at 3.0 and 3.14 rad/s."""
-    targets = np.round(np.arange(1.0, 5.01, 0.2), 10)
+    targets = np.arange(10, 51, 2) / 10
     sweeps = [
         (len(targets), {"speed_target": targets, "normal_force": force, "start": "stick_slip", "load_steps": []})
         for force in (10.0, 20.0)

@@ -1,9 +1,11 @@
 """Everyone is put through the suites; failures stay their own; what is there already is not run again."""
 
 import numpy as np
+import pytest
 
-from drillrig_env import Drive
-from drillrig_env.evaluation.contest import Contestant, run_contest
+from drillrig_env import Drive, Rig
+from drillrig_env.evaluation.conditions import Conditions
+from drillrig_env.evaluation.contest import Contestant, config_of, run_contest
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.runner import run
@@ -46,6 +48,11 @@ class Closes(Hold):
         raise GeneratorExit
 
 
+class Interrupts(Hold):
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        raise KeyboardInterrupt
+
+
 class CannotBeMade(Hold):
     def __init__(self):
         raise KeyError("gain")
@@ -61,13 +68,39 @@ def test_a_policy_that_fails_is_named_and_the_others_go_on(tmp_path):
     failures = run_contest(SUITE, field, results, Histories(), tmp_path)
     assert [failure.policy for failure in failures] == [one.name for one in field[:-1]]
     assert "no telling" in str(failures[0])
-    assert "tell" in failures[0].trace
+    assert failures[0].trace.count("File ") == 3  # the innermost calls
+    assert failures[0].trace.endswith('raise RuntimeError("no telling")')
     assert "shape (6,)" in str(failures[1])
     assert "NotANumber: the action for rig 0 (seed 1000000000) in control step 1 is not finite" in str(failures[2])
     assert "SystemExit" in str(failures[3])
     assert "gain" in str(failures[4])
     assert "GeneratorExit" in str(failures[5])
     assert read(tmp_path).policies == results.policies == ["Hold"]
+
+
+def test_ctrl_c_ends_the_contest_and_is_no_failure():
+    results = Results({"policies": {}})
+    with pytest.raises(KeyboardInterrupt):
+        run_contest(SUITE, [contestant(policy) for policy in (Hold, Interrupts)], results, Histories())
+    assert results.policies == ["Hold"]
+
+
+def test_a_contestant_without_members_fails_in_a_sentence():
+    (failure,) = run_contest(SUITE, [Contestant("nobody", {}, {"sensors": "state"})], Results(), Histories())
+    assert str(failure) == "nobody failed in default: ValueError: nobody has no members; allowed: at least one"
+
+
+def test_config_names_a_rig_only_where_it_is_not_the_standard_one_and_a_drive_where_it_is_set():
+    field = [contestant(Hold), Contestant("soft", {"": Hold}, {"sensors": "state"}, drive=Drive(0.3, 0.5))]
+
+    def config(rig):
+        return config_of(Conditions("DrillRig-v0", 0.0, (0, 0), rig), [SUITE], field, "1", "command", "Hold")
+
+    assert "rig" not in config(Rig())
+    assert Rig(**config(Rig(J_1=0.04))["rig"]) == Rig(J_1=0.04)
+    drives = [policy["drive"] for policy in config(Rig())["policies"].values()]
+    assert drives[0] is None
+    assert drives[1]["k_p"] == 0.3
 
 
 def test_only_who_says_so_is_privileged():

@@ -2,6 +2,7 @@
 
 import pytest
 
+from drillrig_env import Rig
 from drillrig_env.evaluation.conditions import Conditions
 from drillrig_env.evaluation.contest import run_contest
 from drillrig_env.evaluation.contestants import contestant_of, find_contestants
@@ -103,12 +104,15 @@ def test_slow_ones_compete_when_they_are_named_or_let_in(names, slow, competes, 
 
 
 def test_without_names_who_does_not_suit_is_left_out_with_a_word(monkeypatch):
-    monkeypatch.setattr("drillrig_env.evaluation.contestants.policy_names", lambda: ["constant", "jump_ease_estimated"])
+    names = ["constant", "jump_ease_estimated", "mppi"]
+    monkeypatch.setattr("drillrig_env.evaluation.contestants.policy_names", lambda: names)
     said = []
     contestants, failures, _ = find_contestants((), "DrillRigSurface-v0", say=said.append)
     assert [one.name for one in contestants] == ["constant"]
     assert failures == []
-    assert said[0].startswith("jump_ease_estimated is left out: JumpEaseEstimated reads")
+    slow, unsuited = said
+    assert slow == "mppi is left out: it is slow; --slow lets it in"
+    assert unsuited.startswith("jump_ease_estimated is left out: JumpEaseEstimated reads")
 
 
 def test_names_in_tables_are_short_unless_two_end_alike(tmp_path):
@@ -124,3 +128,25 @@ def test_contest_tells_its_progress_over_all_seeds(tmp_path):
     told = []
     run_contest(suite("default", 2), [contestant], Results(), Histories(), progress=lambda *news: told.append(news))
     assert told == [("twice", step, 1200) for step in range(1, 1201)]
+
+
+@pytest.mark.parametrize("place", ["while the file is read", "while the policy is made"])
+def test_ctrl_c_ends_the_search_at_once(tmp_path, place):
+    text = HOLD.format(sensors="None")
+    interrupt = "raise KeyboardInterrupt"
+    path = tmp_path / "laws.py"
+    path.write_text(
+        interrupt if "file" in place else text.replace("self.slew_limit,", f"{interrupt}\n        self.slew_limit,")
+    )
+    with pytest.raises(KeyboardInterrupt):
+        find_contestants([f"{path}:Hold", "constant"], "DrillRig-v0")
+
+
+def test_policies_are_made_for_the_rig_of_the_suites(tmp_path):
+    path = tmp_path / "laws.py"
+    path.write_text(
+        HOLD.format(sensors="None").replace("slew_limit=1.0", "rig=None, slew_limit=1.0").replace("[5]", "rig")
+    )
+    ((found,), _, conditions) = find_contestants([f"{path}:Hold"], "DrillRig-v0", rig={"J_1": 0.04})
+    (member,) = (make(suite("default", 4)) for make in found.members.values())
+    assert member.table == conditions.rig == found.env["rig"] == Rig(J_1=0.04)

@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from drillrig_env.evaluation.histories import Histories, times, typical_rigs
+from drillrig_env.evaluation.histories import Histories, times, typical_rigs, worth_showing
 
 
 def test_histories_come_back(comparison):
@@ -36,6 +36,10 @@ def test_a_typical_rig_is_the_one_of_median_hardness():
         "bistable": 4,
     }
     assert typical_rigs({"region": np.array(["above"]), "hardness": np.array([0.5])}) == {}
+    hardness = np.array([5.0, 1.0, 4.0, 2.0, 3.0, 6.0])
+    for count, middle in ((1, 5.0), (2, 5.0), (4, 4.0), (5, 3.0), (6, 4.0)):  # of an even number, the harder one
+        found = typical_rigs({"region": np.full(count, "below"), "hardness": hardness[:count]})
+        assert hardness[found["below"]] == middle
 
 
 def test_times_are_the_ends_of_control_steps():
@@ -48,3 +52,14 @@ def test_file_with_pickled_objects_is_refused():
     np.savez(buffer, **{"default|a|below": np.array([{}], dtype=object)})
     with pytest.raises(ValueError, match="pickle"):
         Histories.unpacked(buffer.getvalue())
+
+
+def test_first_policy_and_the_best_of_those_kept_are_worth_showing():
+    calm = np.ones(10, dtype=bool)
+    results = {
+        name: {"mitigated": np.arange(10) < count, "calm": calm} for name, count in zip("abcdef", range(6), strict=True)
+    }
+    assert worth_showing(results, ["c", "a", "b", "d", "e"]) == ["c", "e", "d", "b"]
+    assert worth_showing(results, ["c", "a", "f"]) == ["c", "f", "a"]
+    assert worth_showing(results, ["e", "f", "a"], most=2) == ["e", "f"]
+    assert worth_showing(results, ["a"]) == ["a"]

@@ -5,7 +5,7 @@ import pytest
 
 from drillrig_env.evaluation.report import cell, difference_rows, markdown_table, print_suite, rows
 from drillrig_env.evaluation.statistics import Estimate
-from drillrig_env.evaluation.tables import DIFFERENCES, HARDNESS, MAIN, differences
+from drillrig_env.evaluation.tables import DIFFERENCES, HARDNESS, MAIN, OTHERS, TABLES, differences
 
 
 def test_table_marks_who_is_privileged(comparison, capsys):
@@ -64,3 +64,27 @@ def test_cells():
     assert cell(Estimate(-0.5, -0.6, 0.1, 9), 2, signed=True) == ("-0.50", "-0.6 +0.1")
     assert cell(Estimate(60.0, 60.0, 60.0, 9), 1) == ("60.0", "")
     assert cell(Estimate(np.nan, np.nan, np.nan, 0), 3) == ("none", "")
+
+
+def shown(table):
+    """The cells of a row whose estimates are all 1.23456, from 1 to 2."""
+    row = dict.fromkeys(table.headings, Estimate(1.23456, 1.0, 2.0, 9))
+    line = markdown_table(table, {"x": row}, {}).splitlines()[-1]
+    return dict(zip(table.headings, (cell.split()[0] for cell in line.strip("| ").split(" | ")[1:]), strict=True))
+
+
+def test_shares_are_shown_in_thousandths_times_in_control_steps_and_peaks_in_hundredths():
+    assert shown(MAIN) == {**dict.fromkeys(MAIN.headings, "1.235"), "to calm": "1.2"}
+    assert shown(HARDNESS) == dict.fromkeys(HARDNESS.headings, "1.235")
+    assert shown(OTHERS) == {
+        **dict.fromkeys(("cost", "stuck", "SSI"), "1.235"),
+        "peak ω": "1.23",
+        "peak T": "1.23",
+        "travel": "1.2",
+    }
+
+
+def test_differences_alone_show_their_sign():
+    assert shown(DIFFERENCES) == {**dict.fromkeys(DIFFERENCES.headings, "+1.235"), "to calm": "+1.2"}
+    for table in TABLES.values():
+        assert not any(cell.startswith("+") for cell in shown(table).values())

@@ -1,15 +1,18 @@
 """Results come back from their rows as they were written, and so do all tables."""
 
 import csv
+import inspect
 import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from drillrig_env.evaluation.report import rows
 from drillrig_env.evaluation.results import Results
-from drillrig_env.evaluation.tables import all_estimates, stored_row
+from drillrig_env.evaluation.store import read
+from drillrig_env.evaluation.tables import OTHERS, all_estimates, estimates, stored_row
 
 
 def as_json(value):
@@ -64,3 +67,16 @@ def test_suites_are_put_into_their_own_order_and_policies_into_the_one_that_is_g
     assert list(results.scores) == ["default", "wide", "mine"]
     assert [list(policies) for policies in results.scores.values()] == [["a", "b", "c"]] * 3
     assert results.policies == ["a", "b", "c"]
+
+
+@pytest.mark.parametrize("policy", ["constant", "lqg"])
+def test_published_intervals_come_out_again_from_the_published_scores(policy):
+    published = read(Path(__file__).parents[2] / "docs" / "results" / "DrillRigSurface-v0")
+    found = estimates(published.scores["default"][policy], OTHERS.columns)
+    for heading, estimate in stored_row(published.estimates["default"][policy]["others"]).items():
+        assert vars(found[heading]) == pytest.approx(vars(estimate), rel=1e-9)
+
+
+def test_results_are_made_of_what_was_asked_for_and_found():
+    """Rows and header are made from the scores; nobody gives them."""
+    assert list(inspect.signature(Results).parameters) == ["config", "provenance", "scores", "estimates"]

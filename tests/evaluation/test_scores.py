@@ -66,6 +66,12 @@ def test_mitigated_asks_for_a_mean_within_five_percent(mean, mitigated):
     assert result["mitigated"] == mitigated
 
 
+def test_an_index_of_a_tenth_is_not_below_a_tenth():
+    result = scored([4.5] * 600, [5.5] * 600, [5.0] * 600)
+    assert (result["ssi"], result["calm"], result["time_to_calm"]) == (0.1, False, 60.0)
+    assert scored([4.5] * 600, [5.49] * 600, [5.0] * 600)["time_to_calm"] == 5.0
+
+
 def test_time_to_calm_counts_from_the_last_shake():
     lowest, highest = np.full(600, 2.0), np.full(600, 2.01)
     highest[199] = 3.0  # the trailing 5 s are calm again once they begin after step 200

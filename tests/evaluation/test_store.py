@@ -23,13 +23,14 @@ from drillrig_env.evaluation.store import (
 @pytest.mark.parametrize("packed", [False, True])
 def test_results_and_histories_come_back(comparison, tmp_path, packed):
     results, histories = comparison
-    save(tmp_path, results, histories, packed)
-    again = read(tmp_path)
+    folder = tmp_path / "new" / "folder"
+    save(folder, results, histories, packed)
+    again = read(folder)
     assert again.rows == results.rows
     assert (again.config, again.provenance) == (results.config, results.provenance)
     assert again.estimates["load"].keys() == results.estimates["load"].keys()
-    assert read_histories(tmp_path).kept.keys() == histories.kept.keys()
-    assert (tmp_path / "results.csv.xz").exists() == packed
+    assert read_histories(folder).kept.keys() == histories.kept.keys()
+    assert (folder / "results.csv.xz").exists() == packed
 
 
 def test_the_file_says_what_it_holds_and_has_no_nan(comparison, tmp_path):
@@ -38,6 +39,7 @@ def test_the_file_says_what_it_holds_and_has_no_nan(comparison, tmp_path):
     text = (tmp_path / "results.json").read_text()
     content = json.loads(text)
     assert content["files"]["results.csv"]["rows"] == 3 * (24 + 24 + 3 * 24)
+    assert list(content["files"]["histories.npz"]) == ["sha256"]
     assert content["provenance"]["versions"]["numpy"] == np.__version__
     assert content["config"]["suites"]["degraded"]["env"]["delay"] == [1, 5]
     assert content["config"]["policies"]["privileged"]["privileged"] == ["normal_force", "mu_s", "mu_k", "v_b"]

@@ -45,6 +45,7 @@ def test_load_starts_steady_at_a_low_force_and_steps_up():
     rigs = rigs_of(suite("load", 200)).episodes
     assert (rigs["normal_force"] >= 5.0).all()
     assert (rigs["normal_force"] <= 15.0).all()
+    assert np.ptp(rigs["normal_force"]) > 8.0
     times, forces = rigs["load_times"], rigs["load_forces"]
     assert np.isinf(times[:, 1:]).all()
     assert times[:, 0].min() >= 12.0
@@ -105,5 +106,5 @@ def test_unknown_suite_is_refused():
 
 @pytest.mark.parametrize("make", [one for name, one in SUITES.items() if name != "chapter"])
 def test_suites_that_are_drawn_have_a_thousand_rigs_unless_told(make):
-    assert make().rigs == 1000
+    assert make().rigs == suite(make().name).rigs == 1000
     assert make(7).rigs == 7

@@ -133,8 +133,8 @@ class _Source:
             return []
         unread: list[object] = [getattr(node, "annotation", None), getattr(node, "returns", None)]
         unread += getattr(node, "decorator_list", [])
-        if isinstance(node, ast.Call) and _name_of(node.func) == "zip":
-            unread += [word for word in node.keywords if word.arg == "strict" and _is_true(word.value)]
+        if isinstance(node, ast.Call):
+            unread += [word for word in node.keywords if _is_unread_argument(_name_of(node.func), word)]
         return [child for child in ast.iter_child_nodes(node) if child not in unread]
 
     def _own(self, node: ast.AST) -> Iterator[Edit]:
@@ -198,5 +198,8 @@ def _is_none(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value is None
 
 
-def _is_true(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and node.value is True
+def _is_unread_argument(function: str, argument: ast.keyword) -> bool:
+    """Whether an argument of a call is an assertion, or decides of what people read."""
+    if function == "zip" and argument.arg == "strict":
+        return isinstance(argument.value, ast.Constant) and argument.value.value is True
+    return function == "field" and argument.arg == "repr"

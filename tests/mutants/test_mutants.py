@@ -96,10 +96,11 @@ def test_each_operator_has_its_opposites(before, after):
         ("zip(a, b, strict=c > d)", ["zip(a, b, strict=c >= d)", "zip(a, b, strict=c <= d)"]),
         ("zip(a - b, strict=True)", ["zip(a + b, strict=True)"]),
         ("read(a, strict=True)", ["read(a, strict=False)"]),
+        ("field(init=False, repr=False)", ["field(init=True, repr=False)"]),
     ],
 )
-def test_that_lengths_are_the_same_is_an_assertion_and_left_alone(line, after):
-    """It says what always holds; allowing what never comes would change nothing."""
+def test_that_lengths_are_the_same_is_an_assertion_and_how_a_record_prints_is_only_read(line, after):
+    """An assertion says what always holds; allowing what never comes would change nothing."""
     assert [becomes.removeprefix("x = ") for _, becomes in changes(f"x = {line}\n")] == after
 
 
