@@ -92,7 +92,8 @@ def hopf_points(rig: RigLike, friction: FrictionLike) -> list[HopfPoint]:
 def _hopf_point(rig: Rig, v_b: float, speed: float) -> HopfPoint:
     """H2 by the projection method: Kuznetsov, Elements of Applied Bifurcation Theory, (5.62).
 
-    The only nonlinearity is T_r1(x_3) with the derivatives -G, v_b G and -v_b^2 G, G = |Delta T_r,min|.
+    The only nonlinearity is T_r1(x_3) with the derivatives -G, v_b G and -v_b^2 G, G = |Delta T_r,min|. The
+    middle term of (5.62) vanishes: it holds the mean bit speed, A^-1 b at x_3, on which the drive's integrator insists.
     """
     gain = -critical_slope(rig)
     A, b = jacobian(rig, -gain), friction_input(rig)
@@ -105,9 +106,8 @@ def _hopf_point(rig: Rig, v_b: float, speed: float) -> HopfPoint:
     p = p / np.conj(np.vdot(p, q))  # <p, q> = 1
 
     second, third = v_b * gain, -(v_b**2) * gain
-    mean = np.linalg.solve(A, b * second * abs(q[2]) ** 2)
     double = np.linalg.solve(2j * frequency * np.eye(7) - A, b * second * q[2] ** 2)
-    cubic = third * q[2] * abs(q[2]) ** 2 - 2 * second * q[2] * mean[2] + second * np.conj(q[2]) * double[2]
+    cubic = third * q[2] * abs(q[2]) ** 2 + second * np.conj(q[2]) * double[2]
     coefficient = float((np.vdot(p, b) * cubic).real / (2 * frequency))
     crossing = float((np.vdot(p, b) * q[2]).real * v_b * gain)  # d slope / d omega_ref = v_b G
     return HopfPoint("H2", speed, frequency, crossing, coefficient)

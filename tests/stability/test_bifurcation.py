@@ -1,11 +1,15 @@
 """Branches: their spacing, why they end, and what is refused."""
 
+import inspect
+
 import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.stability import NoOrbitError, bifurcation_diagram, fold_speed, force_diagram, stick_slip_orbit
 from drillrig_env.stability.bifurcation import slipping_branch, sticking_branch
+from drillrig_env.stability.limit_cycle import PeriodicOrbit
+from drillrig_env.stability.vibration_map import load_step_margin, simulated_map
 
 RIG = Rig()
 
@@ -18,7 +22,7 @@ def test_sticking_branch_ends_at_the_fold_when_it_is_asked_for_more():
     assert branch.begins == "the lowest speed asked for"
     near = sticking_branch(RIG, Friction(10.0), np.array([2.5, fold * (1 - 1e-4)]))
     assert near.ends.startswith("the fold")
-    short = sticking_branch(RIG, Friction(10.0), np.array([2.0, fold * (1 - 1e-2)]))
+    short = sticking_branch(RIG, Friction(10.0), np.array([2.0, fold * (1 - 3e-4)]))
     assert short.ends == "the highest speed asked for"
 
 
@@ -33,6 +37,31 @@ def test_points_of_a_branch_are_the_orbits_one_at_a_time():
     assert record["lowest_current"] == pytest.approx(orbit.lowest[3], abs=1e-4)
     assert record["stable"]
     assert abs(record["multipliers"][0] - 1.0) < 5e-3
+
+
+def test_each_orbit_is_looked_for_from_the_last_on_its_own_section(monkeypatch):
+    """A guess leads to its orbit in a few returns; that it was a good one shows in nothing else."""
+    guesses = []
+
+    def watched(rig, friction, speed, guess=None):
+        guesses.append(guess)
+        return stick_slip_orbit(rig, friction, speed, guess)
+
+    monkeypatch.setattr("drillrig_env.stability.bifurcation.stick_slip_orbit", watched)
+    speeds = [1.0, 1.1, 1.3, 1.6]
+    sticking_branch(RIG, Friction(20.0), np.array(speeds))
+    assert guesses[0] is None
+    states = [stick_slip_orbit(RIG, Friction(20.0), speed).state for speed in speeds]
+    for guess, last, speed in zip(guesses[1:], states, speeds[1:], strict=False):
+        assert guess[2] == pytest.approx(speed, abs=1e-9)
+        np.testing.assert_allclose(np.delete(guess, 2), np.delete(last, 2), atol=1e-5)
+
+    guesses.clear()
+    points = force_diagram(RIG, Friction(20.0), 2.5, points=4)[0].points
+    states = [stick_slip_orbit(RIG, Friction(float(force)), 2.5).state for force in points["normal_force"]]
+    assert guesses[0] is None
+    for guess, last in zip(guesses[1:], states, strict=False):
+        np.testing.assert_allclose(guess, last, atol=1e-5)
 
 
 def test_slipping_branch_is_equally_spaced_in_its_depth():
@@ -78,7 +107,7 @@ def test_force_diagram_without_stick_slip_says_up_to_where():
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"points": 1}, "points = 1"),
+        ({"points": 1}, "points = 1 "),
         ({"speeds": (1.0, 1.0)}, r"speeds = \(1.0, 1.0\) rad/s"),
         ({"speeds": (0.0, 1.0)}, "speeds"),
         ({"speeds": (2.0, 1.0)}, "speeds"),
@@ -87,3 +116,26 @@ def test_force_diagram_without_stick_slip_says_up_to_where():
 def test_impossible_diagrams_are_refused(arguments, words):
     with pytest.raises(ValueError, match=words):
         bifurcation_diagram(RIG, Friction(10.0), **arguments)
+
+
+def test_two_points_are_the_fewest():
+    diagram = bifurcation_diagram(RIG, Friction(10.0), points=2, speeds=(1.0, 4.0))
+    assert diagram.p1.points["speed_reference"][0] == 1.0
+    assert len(diagram.p2.points) == 2
+    assert len(diagram.equilibria) == 5  # H2 among them
+
+
+@pytest.mark.parametrize(
+    ("function", "defaults"),
+    [
+        (bifurcation_diagram, {"points": 120, "speeds": (0.02, 5.0)}),
+        (slipping_branch, {"points": 120}),
+        (force_diagram, {"points": 60}),
+        (PeriodicOrbit.trajectory, {"samples": 400}),
+        (load_step_margin, {"largest_step": 60.0, "duration": 60.0, "halvings": 8}),
+        (simulated_map, {"duration": 120.0}),
+    ],
+)
+def test_figures_are_as_fine_and_reach_as_far_as_they_say(function, defaults):
+    parameters = inspect.signature(function).parameters
+    assert {name: parameters[name].default for name in defaults} == defaults

@@ -1,5 +1,7 @@
 """The family of slipping orbits: where it begins, that its members obey the rig, and the inverses taken of it."""
 
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
@@ -100,11 +102,29 @@ def test_no_orbit_is_said_where_newton_finds_none():
         HarmonicBalance(RIG, 16).solve(5.0, FAMILY.waves[60][:: len(FAMILY.waves[60]) // 16], 2.0, FAMILY.log_gain[1])
 
 
+class Unresolved:
+    """Finds every orbit at the first guess, and resolves none."""
+
+    tried: ClassVar[list[int]] = []
+
+    def __init__(self, rig, samples):
+        self.tried.append(samples)
+
+    def solve(self, depth, q, frequency, log_gain):
+        return q, frequency, log_gain
+
+    def is_resolved(self, q):
+        return False
+
+
 def test_orbits_that_are_never_resolved_end_in_a_sentence_before_they_fill_the_memory(monkeypatch):
-    monkeypatch.setattr(HarmonicBalance, "is_resolved", lambda self, q: False)
-    monkeypatch.setattr("drillrig_env.stability.slipping_orbits._MOST_SAMPLES", 256)
-    with pytest.raises(FloatingPointError, match=r"256 samples do not resolve the orbit of depth 0\.02; check the rig"):
-        slipping_orbits(Rig(J_2=0.02), 1.0)
+    """The samples are doubled from 64 on, and 8,192 of them would take a matrix of 0.5 GB."""
+    monkeypatch.setattr("drillrig_env.stability.slipping_orbits.HarmonicBalance", Unresolved)
+    with pytest.raises(
+        FloatingPointError, match=r"4096 samples do not resolve the orbit of depth 0\.02; check the rig"
+    ):
+        slipping_orbits(Rig(J_2=0.0213), 1.0)
+    assert sorted(set(Unresolved.tried)) == [64, 128, 256, 512, 1024, 2048, 4096]
 
 
 def test_rig_without_a_hopf_point_has_no_family():

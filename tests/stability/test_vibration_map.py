@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate
-from drillrig_env.model import steady_state
+from drillrig_env.model import steady_state, wound_up
 from drillrig_env.stability import critical_speed, fold_speed
 from drillrig_env.stability.vibration_map import (
     BISTABLE,
@@ -33,6 +33,13 @@ def test_simulated_map_agrees_with_the_curves_away_from_them():
 def test_regions_of_known_points():
     found = region_map(RIG, Friction(), np.array([1.5, 2.5, 3.5]), np.array([0.5, 10.0]))
     assert found.region.tolist() == [[CALM, CALM, CALM], [VIBRATING, BISTABLE, CALM]]
+    assert (CALM, BISTABLE, VIBRATING) == (0, 1, 2)  # the worse, the higher
+    assert region_map(RIG, Friction(), np.array([1e-3, 0.5]), np.array([0.5])).region.tolist() == [[CALM, CALM]]
+
+
+def test_a_point_on_a_curve_belongs_to_the_calmer_side():
+    curves = np.array([critical_speed(RIG, Friction(10.0)), fold_speed(RIG, Friction(10.0))])
+    assert region_map(RIG, Friction(), curves, np.array([10.0])).region.tolist() == [[BISTABLE, CALM]]
 
 
 def test_load_step_margin_is_the_step_that_knocks_a_rig_out():
@@ -46,8 +53,13 @@ def test_load_step_margin_is_the_step_that_knocks_a_rig_out():
 
 
 def test_impossible_grids_are_refused():
-    with pytest.raises(ValueError, match="forces"):
-        simulated_map(RIG, Friction(), np.array([1.0]), np.array([0.0]))
+    good = np.array([1.0])
+    for analysis in (simulated_map, load_step_margin):
+        for bad in (np.array([0.0]), np.array([1.0, np.nan]), np.array([[1.0]]), 1.0):
+            with pytest.raises(ValueError, match=r"vibration map: speeds = .* rad/s"):
+                analysis(RIG, Friction(), bad, good)
+            with pytest.raises(ValueError, match=r"vibration map: forces = .* N"):
+                analysis(RIG, Friction(), good, bad)
     with pytest.raises(ValueError, match="largest_step = -1"):
         load_step_margin(RIG, Friction(), np.array([1.0]), np.array([1.0]), largest_step=-1.0)
 
@@ -102,3 +114,67 @@ def test_vibrates_looks_at_the_last_ten_seconds(nudge, shakes):
     assert vibrates(RIG, friction, np.array([speed]), state[None], 41.0).tolist() == [shakes]
     late = simulate(RIG, friction, state, speed, duration=41.0, sample_period=0.1).bit_speed[-100:]
     assert [np.ptp(part) > 0.2 * part.mean() for part in (late, late[50:])] == [shakes, False]
+
+
+def test_a_map_starts_each_rig_nudged_and_stuck_four_thousand_at_a_time(monkeypatch):
+    starts = []
+
+    def watched(rig, friction, speed, states, duration, threads):
+        starts.append((friction, speed, states))
+        return np.zeros(len(speed), dtype=bool)
+
+    monkeypatch.setattr("drillrig_env.stability.vibration_map.vibrates", watched)
+    simulated_map(RIG, Friction(), np.linspace(1.0, 5.0, 81), np.linspace(5.0, 40.0, 50))
+    assert [len(speed) for _, speed, _ in starts] == [4000, 4000, 50, 50]
+    for (friction, speed, nudged), (_, _, stuck) in zip(starts[::2], starts[1::2], strict=True):
+        nudge = nudged - steady_state(RIG, friction, speed)
+        np.testing.assert_allclose(nudge, np.broadcast_to(0.01 * np.eye(7)[2], nudge.shape), atol=1e-12)
+        np.testing.assert_array_equal(stuck, wound_up(RIG, friction, speed))
+
+
+def verdict_of(monkeypatch, bit_speed, duration=60.0):
+    """What `vibrates` says of a bit whose speed is any function of time, which the pretended state carries."""
+
+    def pretended(rig, friction, states, speed_reference, *, periods, every, threads=None):
+        after = 0.1 * every * np.arange(1, periods // every + 1)
+        samples = np.zeros((len(states), len(after), 7))
+        samples[:, :, 0] = states[:, :1] + after
+        samples[:, :, 2] = bit_speed(np.round(samples[:, :, 0], 6))
+        return samples
+
+    monkeypatch.setattr("drillrig_env.stability.vibration_map.advance_batch", pretended)
+    return vibrates(RIG, Friction(20.0), np.array([3.0]), np.zeros((1, 7)), duration).tolist()
+
+
+@pytest.mark.parametrize("duration", [40.1, 60.0, 120.0])
+@pytest.mark.parametrize(
+    ("begin", "end", "counts"), [(0.0, 20.0, False), (20.1, 30.0, True), (30.1, 30.1, False), ("end", "end", True)]
+)
+def test_swings_count_from_20_to_30_seconds_and_in_the_last_ten(monkeypatch, duration, begin, end, counts):
+    """Early swings excuse as large ones at the end; what happens in between counts for neither."""
+    last = np.round(duration - 10.0 + 0.1, 6)
+    begin, end = (last, duration) if begin == "end" else (begin, end)
+    for time in {begin, end}:
+
+        def blip(t, time=time):
+            return 3.0 + 0.02 * (t == time)
+
+        def two(t, time=time):
+            return blip(t, time) + 0.019 * (t == duration)
+
+        early = time < last
+        assert verdict_of(monkeypatch, blip, duration) == [counts and not early]
+        if early:  # the swing at the end has grown, but where the early one counts
+            assert verdict_of(monkeypatch, two, duration) == [not counts]
+
+
+def test_what_grows_out_of_rounding_is_no_vibration(monkeypatch):
+    for swing, shakes in ((0.9e-8, False), (1.1e-8, True), (1e-6, True)):
+        assert verdict_of(monkeypatch, lambda t, swing=swing: 3.0 + swing * (t == 60.0)) == [shakes]
+
+
+def test_a_bit_that_shakes_at_the_end_vibrates_even_if_it_shook_more_before(monkeypatch):
+    for swing, shakes in ((0.59, False), (0.61, True)):  # the index is half the swing over the mean
+        assert verdict_of(
+            monkeypatch, lambda t, swing=swing: 3.0 + (t < 50) + 0.5 * swing * np.cos(np.pi * t / 0.1)
+        ) == [shakes]
