@@ -6,8 +6,10 @@ import pytest
 from stable_baselines3.common.evaluation import evaluate_policy
 
 import drillrig_env
-from baselines import BASELINES, Constant, make
-from drillrig_env.env.sensors import SENSORS
+from baselines import BASELINES, LQG, Constant, make
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.generators import first_uniforms
+from drillrig_env.env.sensors import LONGEST_DELAY, SENSORS
 from tests.baselines.episode import BISTABLE, LOAD_STEP, play
 
 FAST = [name for name, kind in BASELINES.items() if not kind.slow]
@@ -40,6 +42,23 @@ def test_batch_is_its_rigs_one_at_a_time(name, sensors):
             action, states[i] = alone[i].predict(observations[i], states[i], start[i : i + 1])
             np.testing.assert_array_equal(action, actions[i])
         observations, *_, info = env.step(actions)
+
+
+@pytest.mark.parametrize("name", FAST)
+def test_each_column_of_memory_is_used(name):
+    """With some sensors or others, which may be late."""
+    used = np.zeros(BASELINES[name].memory, dtype=bool)
+    for sensors in supported(name):
+        policy = LQG(sensors, delay=LONGEST_DELAY) if name == "lqg" else make(name, sensors=sensors)
+        core = EpisodeBatch(40, scenario="default", sensors=sensors, drive=policy.drive, duration=20.0)
+        core.reset(np.arange(40), first_uniforms(3, 40), {"start": "stick_slip"})
+        state = None
+        for _ in range(core.steps):
+            policy.tell(core.info())
+            actions, state = policy.predict(core.observations, state)
+            used |= (state[0] != 0.0).any(axis=0)
+            core.step(actions)
+    assert used.all()
 
 
 @pytest.mark.parametrize("name", FAST)

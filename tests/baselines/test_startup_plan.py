@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from baselines.startup_plan import _STEP, Haste, _acceleration, _rate_of_lag, _wind_up, startup_plan
+from baselines.startup_plan import _STEP, Haste, _acceleration, _rate_of_lag, _speed_reference, _wind_up, startup_plan
 from drillrig_env import Rig
 
 HASTE = Haste(acceleration=1.4, build_up=1.0)
@@ -83,3 +83,15 @@ def test_a_winding_string_is_taken_over_as_it_moves():
     still, winding = (startup_plan(Rig(), CONTACT, 0.2, w, 3.0, HASTE) for w in (0.0, 0.2))
     creep = [np.diff(plan.bit_speed[:3])[0] * STATIC / 1e-3 / _STEP for plan in (still, winding)]
     assert creep[1] - creep[0] == pytest.approx(0.2 * 1.1175 * 0.3659 / (1.1175 + 0.3659), rel=0.02)
+
+
+@pytest.mark.parametrize("rise", [0.3, 0.03, -0.2])
+@pytest.mark.parametrize("rig", [Rig(), Rig(T_r2=0.1, k_p=2.0)])
+def test_a_string_that_is_wound_up_evenly_takes_the_reference_of_the_closed_form(rig, rise):
+    """The top turns ahead of the bit by the rates of both twists; the lag of the speed loop begins at omega_ref = 0."""
+    t = _STEP * np.arange(1500)
+    found = _speed_reference(rig, np.full(len(t), 0.5), 0.1 + rise * t)
+    top_speed = 0.5 + rise / rig.k_1 + rise / rig.k_2
+    integrator_rate = rig.R / (rig.eta * rig.K_T) * rise / rig.k_i
+    expected = (top_speed + integrator_rate) * (1.0 - np.exp(-t * rig.k_i / rig.k_p))
+    np.testing.assert_allclose(found, expected, atol=0.05 * abs(rise))
