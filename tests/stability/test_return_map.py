@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate
-from drillrig_env.model import steady_state, wound_up
+from drillrig_env.model import state_equations, steady_state, wound_up
 from drillrig_env.reference import radau
 from drillrig_env.stability.return_map import flow, next_crossings
 
@@ -23,6 +23,15 @@ def test_flow_over_no_time_is_nothing_and_over_two_times_their_sum():
     np.testing.assert_allclose(flow(RIGS[0], FRICTION, 2.0, STATES, 0.0), STATES, atol=1e-14)
     there = flow(RIGS[0], FRICTION, 2.0, flow(RIGS[0], FRICTION, 2.0, STATES, 0.3), 0.4)
     np.testing.assert_allclose(there, flow(RIGS[0], FRICTION, 2.0, STATES, 0.7), atol=1e-7)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+@pytest.mark.parametrize("time", [0.0, 0.05, 0.1])
+def test_the_last_fraction_of_a_microsecond_goes_at_the_rates_of_the_model(rig, time):
+    before, after = (flow(rig, FRICTION, 2.0, STATES, time + rest) for rest in (0.0, 1e-7))
+    for x, y in zip(before, after, strict=True):
+        rates = state_equations(x, 2.0, FRICTION.torque(rig, x[2]), rig)
+        np.testing.assert_allclose((y - x) / 1e-7, rates, rtol=1e-5, atol=1e-6)
 
 
 def test_flow_leaves_its_argument_alone():

@@ -96,6 +96,26 @@ def test_newtons_method_finds_the_orbit_from_a_wave_of_another_depth():
     assert found[1:] == pytest.approx((frequency, log_gain), abs=1e-9)
 
 
+def test_each_orbit_is_looked_for_from_the_last_scaled_to_its_depth(monkeypatch):
+    """A guess leads to its orbit in a few rounds; that it was a good one shows in nothing else."""
+    guesses, found, solve = [], [], HarmonicBalance.solve
+
+    def watched(self, depth, q, frequency, log_gain):
+        guesses.append((depth, q))
+        found.append(solve(self, depth, q, frequency, log_gain))
+        return found[-1]
+
+    monkeypatch.setattr(HarmonicBalance, "solve", watched)
+    family = slipping_orbits(Rig(J_2=0.0151), 1.0)
+    orbit = family.orbit(0.51)  # its nearest neighbour is the one of 6 / 12
+    np.testing.assert_allclose(orbit[0], found[-1][0])
+    neighbours = [np.cos(2 * np.pi * np.arange(64) / 64), *(q for q, _, _ in found[:-2]), family.waves[7]]
+    for (depth, guess), neighbour in zip(guesses, neighbours, strict=True):
+        neighbour = np.fft.irfft(np.fft.rfft(neighbour), len(guess)) * len(guess) / len(neighbour)  # where doubled
+        assert guess[0] == pytest.approx(-depth, rel=1e-9)
+        np.testing.assert_allclose(guess, -depth * neighbour / neighbour[0], atol=1e-9 * depth)
+
+
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # what diverges overflows
 def test_no_orbit_is_said_where_newton_finds_none():
     with pytest.raises(FloatingPointError, match=r"no orbit of depth 5 found with 16 samples"):
