@@ -78,6 +78,10 @@ def test_an_episode_that_begins_anew_forgets_the_one_before(name):
     np.testing.assert_array_equal(again, fresh)
 
 
+def test_only_the_one_that_plans_by_simulation_is_slow():
+    assert [name for name, kind in BASELINES.items() if kind.slow] == ["mppi"]
+
+
 def test_constant_goes_to_the_target_from_rest_and_stays_in_stick_slip():
     _, references = play(Constant(), {"speed_target": 4.0, "start": "rest"})
     assert np.allclose(np.diff(references[:20]), 0.2)

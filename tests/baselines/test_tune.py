@@ -5,7 +5,7 @@ import pytest
 
 from baselines import BASELINES
 from baselines.tries import Tries
-from baselines.tune import keep, main, measure, search, tuning_suite
+from baselines.tune import _Shown, keep, main, measure, search, tuning_suite
 from baselines.tuned import RECORD
 from drillrig_env.seeds import EVALUATION_SEEDS, TUNING_SEEDS
 
@@ -129,3 +129,16 @@ def test_a_search_does_not_run_over_another_that_was_stopped(tmp_path):
 def test_a_search_without_tries_is_refused():
     with pytest.raises(ValueError, match="budget = 0 tries is not allowed; allowed: >= 1"):
         search("soft_torque", ["state"], [tuning_suite("default", 2)], budget=0)
+
+
+def test_without_a_terminal_every_twentieth_try_is_a_line_and_no_bar_is_drawn(capsys):
+    with _Shown("lqg", 45) as shown:
+        assert not any(task.visible for task in shown.bar.tasks)
+        for tried in range(45):
+            shown.tell(0.01 * tried)
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if line] == [
+        "lqg: 20 of about 45 tries, best 0.1900",
+        "lqg: 40 of about 45 tries, best 0.3900",
+    ]
+    assert shown.bar.tasks[0].completed == 45
