@@ -26,7 +26,10 @@ def test_typical_rigs_are_chosen_by_the_physics(comparison):
     assert rigs[0] == rigs[1]
     for region, rig in rigs[0].items():
         assert scores["constant"]["region"][rig] == region
-        assert set(histories.of("default", region)) == {"constant", "privileged", "seeds"}
+        for suite in ("default", "load"):
+            found = histories.of(suite, region)
+            assert list(found) == ["constant", "privileged", "seeds"]
+            assert all(history is histories.kept[suite, policy, region] for policy, history in found.items())
 
 
 def test_a_typical_rig_is_the_one_of_median_hardness():

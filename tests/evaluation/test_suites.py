@@ -95,6 +95,11 @@ def test_a_definition_is_plain_and_tells_suites_apart():
     assert len(set(texts.values())) == len(SUITES)
     assert json.loads(texts["degraded"])["env"] == {"noise": 2.0, "delay": [1, 5], "slew_limit": 1.0}
     assert json.loads(texts["default"])["first_seed"] == EVALUATION_SEEDS.start
+    *sweeps, stepped = json.loads(texts["chapter"])["groups"]
+    for force, (count, options) in zip((10.0, 20.0), sweeps, strict=True):
+        targets = [k / 10 for k in range(10, 51, 2)]
+        assert (count, options["speed_target"], options["normal_force"]) == (21, targets, force)
+    assert stepped[1]["load_steps"] == [[10.0, 25.0]]
 
 
 def test_unknown_suite_is_refused():
