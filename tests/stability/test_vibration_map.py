@@ -52,6 +52,12 @@ def test_load_step_margin_is_the_step_that_knocks_a_rig_out():
         assert (np.ptp(run.bit_speed[-1000:]) > 0.6) == sticks
 
 
+def test_margin_is_nothing_below_the_critical_speed_and_something_on_it():
+    border = critical_speed(RIG, Friction(10.0))
+    below, on = load_step_margin(RIG, Friction(), np.array([border - 1e-9, border]), np.array([10.0]), halvings=2)[0]
+    assert (below, on) == (0.0, 15.0)
+
+
 def test_impossible_grids_are_refused():
     good = np.array([1.0])
     for analysis in (simulated_map, load_step_margin):
