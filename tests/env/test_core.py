@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from drillrig_env import Friction, Reward, Rig, simulate
+from drillrig_env import Friction, Reward, Rig, make_sb3, simulate
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.env.vector import DrillRigVectorEnv
 from drillrig_env.model import steady_state
 from drillrig_env.verdict import is_mitigated
 
@@ -133,3 +134,23 @@ def test_the_former_name_of_the_episodes_works_and_warns():
     core = EpisodeBatch(2)
     with pytest.warns(DeprecationWarning, match=r"core\.episodes"):
         assert core.rigs is core.episodes
+
+
+@pytest.mark.parametrize(("rigs", "threads", "shared"), [(1, 2, False), (400, 1, False), (400, 2, True), (2, 3, True)])
+def test_steps_of_several_rigs_are_shared_out_to_several_threads(monkeypatch, rigs, threads, shared):
+    asked = []
+
+    def watched(kernel, count, most, periods=1):
+        asked.append((count, most))
+        kernel(slice(0, count))
+
+    core = EpisodeBatch(rigs, scenario="nominal", threads=threads)
+    core.reset(np.arange(rigs), first_uniforms(1, rigs), {"start": "steady"})
+    monkeypatch.setattr("drillrig_env.env.core.over_slices", watched)
+    core.step(np.zeros((rigs, 1), np.float32))
+    assert asked == [(rigs, threads)] * shared
+    assert (core.episodes["step"] == 1).all()
+
+
+def test_one_rig_is_made_where_no_number_is_given():
+    assert [len(EpisodeBatch()), DrillRigVectorEnv().num_envs, make_sb3().num_envs] == [1, 1, 1]
