@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from gymnasium.utils import seeding
 
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import EpisodeGenerators, first_uniforms
-from drillrig_env.env.scenario import UNIFORMS
+from drillrig_env.env.scenario import UNIFORMS, Scenario
 
 SEEDS = (0, 7, 2**40)
 
@@ -24,6 +25,15 @@ def test_a_rig_draws_what_gymnasium_draws_with_its_seed_episode_after_episode():
         own, _ = seeding.np_random(seed)
         for _ in range(3):
             np.testing.assert_array_equal(generators.uniforms(np.array([rig]))[0], own.random(UNIFORMS))
+
+
+def test_an_episode_takes_twelve_numbers_whatever_it_uses_of_them():
+    core, generators, numbers = EpisodeBatch(1, scenario="default"), EpisodeGenerators(1), seeding.np_random(7)[0]
+    generators.seed(0, 7)
+    low, high = Scenario.named("default").normal_force
+    for options in ({"start": "steady"}, {"load_steps": []}, {}):
+        core.reset(np.array([0]), generators.uniforms(np.array([0])), options)
+        assert core.episodes["normal_force"][0] == pytest.approx(low + (high - low) * numbers.random(12)[1])
 
 
 def test_rigs_draw_independently_of_which_others_draw_and_in_what_order():
