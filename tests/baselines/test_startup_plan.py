@@ -95,3 +95,11 @@ def test_a_string_that_is_wound_up_evenly_takes_the_reference_of_the_closed_form
     integrator_rate = rig.R / (rig.eta * rig.K_T) * rise / rig.k_i
     expected = (top_speed + integrator_rate) * (1.0 - np.exp(-t * rig.k_i / rig.k_p))
     np.testing.assert_allclose(found, expected, atol=0.05 * abs(rise))
+
+
+def test_a_start_from_omega_ref_0_begins_with_what_the_inertia_of_the_drive_takes():
+    """A stiff string turns the drive as the bit is turned; its acceleration takes a voltage that only k_p can give."""
+    rig = Rig(k_1=1e6, k_2=1e6, k_p=2.0)
+    t = _STEP * np.arange(500)
+    first = _speed_reference(rig, 0.5 + 0.8 * t, np.full(len(t), 0.2))[0]
+    assert first == pytest.approx(rig.R / (rig.eta * rig.K_T) * rig.J_3 * 0.8 / rig.k_p, rel=1e-6)
