@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from baselines.constant import Constant
-from baselines.mppi import _JUMP_SHAPES, INTERVAL, KNOTS, MPPI, _coloured, _named
+from baselines.mppi import INTERVAL, MPPI
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env import Friction, Rig
 from drillrig_env.env.core import EpisodeBatch
@@ -144,27 +144,3 @@ def test_clear_errors():
         MPPI(samples=-1)
     with pytest.raises(ValueError, match="temperature = 0"):
         MPPI(temperature=0.0)
-
-
-def test_plans_with_a_name_hold_ease_down_and_jump_as_they_are_said_to():
-    """Knots lie 0.2 s apart. A jump dwells at its speed and comes down evenly in the logarithm; none goes below."""
-    targets, start = np.array([3.0, 9.0]), np.log(np.array([1.5, 1.1]))
-    times = 0.2 * np.arange(KNOTS)
-    plans = _named(start[:, None, None], targets)
-    for plan, target, begin in zip(plans, targets, start, strict=True):
-        expected = [0.0 * times, np.full(KNOTS, np.log(0.8)), np.full(KNOTS, begin)]
-        expected += [begin * np.maximum(1.0 - times / duration, 0.0) for duration in (1.0, 2.0, 4.0, 8.0)]
-        for speed in (4.0, 6.0, 8.0, 10.0):
-            for dwell, down in _JUMP_SHAPES:
-                left = np.interp(times, [dwell, dwell + down], [1.0, 0.0])
-                expected.append(max(np.log(speed / target), 0.0) * left)
-        np.testing.assert_allclose(plan, expected, atol=1e-12)
-
-
-def test_perturbations_have_their_spreads_in_turn_and_are_kept_from_knot_to_knot():
-    noises = _coloured(np.random.default_rng(0), 6, (0.1, 0.3, 0.8))
-    assert noises.shape == (32, 6, KNOTS)
-    np.testing.assert_allclose(noises.std(axis=(0, 2)), [0.1, 0.3, 0.8] * 2, rtol=0.25)
-    unit = noises / np.resize([0.1, 0.3, 0.8], 6)[:, None]
-    assert np.mean(unit[..., 1:] * unit[..., :-1]) == pytest.approx(0.7, abs=0.1)
-    assert np.mean(unit[..., -1] ** 2) == pytest.approx(np.mean(unit[..., 0] ** 2), rel=0.4)
