@@ -10,6 +10,7 @@ from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.model import frictionless_state, state_equations, steady_state, torque_into_string
+from drillrig_env.stability import critical_slope
 from tests.baselines.episode import BISTABLE, LOAD_STEP, UNSTABLE, play
 
 
@@ -165,6 +166,15 @@ def test_reaches_its_mark_on_random_rigs():
     scores = score(run(LQG(), tuning_suite("default", 150, 590_000_000)))
     assert scores["mitigated"].mean() > 0.95
     assert scores["mitigated"][scores["region"] == "below"].mean() > 0.9
+
+
+def test_slopes_reach_from_next_to_nothing_to_twenty_times_what_the_bare_drive_bears():
+    """The nearest one is never further off than a tenth."""
+    bearable = -critical_slope(Rig())
+    assert _SLOPES[0] < bearable / 5.0
+    assert _SLOPES[-1] == pytest.approx(20.0 * bearable, rel=0.05)
+    np.testing.assert_allclose(_SLOPES[1:] / _SLOPES[:-1], _SLOPES[1] / _SLOPES[0])
+    assert np.sqrt(_SLOPES[1] / _SLOPES[0]) < 1.1
 
 
 def test_clear_errors():
