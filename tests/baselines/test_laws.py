@@ -206,6 +206,15 @@ def test_estimated_friction_is_the_chapters_share_of_what_has_been_seen():
         assert friction.torque(RIG, 3.0)[0] == pytest.approx(FRICTION.torque(RIG, 3.0))
 
 
+def test_until_the_bit_has_stuck_the_torque_of_a_turning_bit_is_taken_once_for_its_load():
+    policy = JumpEaseEstimated()
+    memory = np.zeros((1, policy.memory))
+    for torque, taken in ((-0.2, 0.0), (0.3, 0.3), (0.5, 0.3), (0.1, 0.3)):
+        values = {"bit_speed": 2.0, "collar_speed": 2.0, "bit_speed_deviation": 1.0, "bit_speed_mean": 2.0}
+        policy._watch(seen_by(policy, twist_12=-torque / RIG.k_1, **values), memory)
+        assert memory[0, 2] == pytest.approx(taken)
+
+
 def test_estimate_takes_the_largest_torque_while_stuck_and_half_a_step_of_winding():
     policy = JumpEaseEstimated()
     memory = np.zeros((1, policy.memory))

@@ -109,6 +109,15 @@ def test_mistakes_are_explained_before_any_work(arguments, message, tmp_path, mo
     assert message in said
 
 
+def test_a_record_that_cannot_be_written_is_known_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("baselines.tune.measure", lambda *_: pytest.fail("tried"))
+    (tmp_path / "note").touch()
+    assert main([*FEW, "--output", "note/mine.json"]) == 1
+    assert "note" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["note"]
+
+
 def test_a_search_does_not_run_over_another_that_was_stopped(tmp_path):
     path = tmp_path / "tuned.tries.json"
     tries = Tries(path, {"seed": 0})
