@@ -14,10 +14,11 @@ from drillrig_env.drive import Drive
 from drillrig_env.env.core import rate_action
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
+from drillrig_env.policy import AtHome
 from drillrig_env.rig import Rig, RigLike
 
 
-class Baseline(ABC):
+class Baseline(AtHome, ABC):
     """A policy that names the speed reference it wants; the action is the rate that gets there.
 
     Subclasses give `desired_reference` and say, as class attributes, what they live on:
@@ -76,6 +77,21 @@ class Baseline(ABC):
         alike = "surface" if estimated and "surface" in self.tuned_values else next(iter(self.tuned_values))
         found = self.tuned_values.get(self.sensors.name, self.tuned_values[alike])
         return {name: found[name] if value is None else value for name, value in given.items()}
+
+    @property
+    def env_id(self) -> str:  # type: ignore[override]
+        """The id of the environment whose sensors it reads: `DrillRigSurface-v0` for those of the surface."""
+        return "DrillRigSurface-v0" if self.sensors.name == "surface" else "DrillRig-v0"
+
+    @property
+    def env_kwargs(self) -> dict[str, Any]:  # type: ignore[override]
+        """The arguments of its environment, beside those of the id."""
+        kwargs: dict[str, Any] = {"slew_limit": self.slew_limit}
+        if self.rig != Rig():
+            kwargs["rig"] = self.rig
+        if self.drive is not None:
+            kwargs["drive"] = self.drive
+        return kwargs if self.sensors.name in ("state", "surface") else {**kwargs, "sensors": self.sensors}
 
     @property
     def drive(self) -> Drive | None:

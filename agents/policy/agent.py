@@ -14,11 +14,16 @@ from agents.policy.frames import no_frames, push
 from drillrig_env.drive import Drive
 from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import Sensors
+from drillrig_env.parameters import refuse
+from drillrig_env.policy import AtHome
+
+_OF_TRAINING = ("scenario", "reward", "noise", "delay", "duration", "slew_limit")
+"""Arguments of the environment that an agent was trained in and need not meet again."""
 
 Memory = tuple[np.ndarray, ...] | None
 
 
-class Agent:
+class Agent(AtHome):
     """A trained model with Stable-Baselines3's `predict`, for observations of one step at a time.
 
     `config` is that of the run: see `agents.policy.run_folder`. A frame stack and a recurrent network's state
@@ -28,7 +33,18 @@ class Agent:
     def __init__(self, model: BaseAlgorithm, config: Mapping[str, Any]) -> None:
         self.model, self.config = model, config
         self.frames = int(config["hyperparameters"].get("frame_stack", 1))
-        self._rate = 1.0  # what the action 1 stood for in training, over what it stands for now
+        self._acting = self.slew_limit  # what its action 1 stands for now, rad/s^2
+
+    @property
+    def env_id(self) -> str:  # type: ignore[override]
+        """The id of the environment that it acts in."""
+        return str(self.config["env_id"])
+
+    @property
+    def env_kwargs(self) -> dict[str, Any]:  # type: ignore[override]
+        """The arguments of that environment beside those of the id; what only training drew or paid is left out."""
+        kept = {name: value for name, value in self.config["env_kwargs"].items() if name not in _OF_TRAINING}
+        return kept if self._acting == SLEW_LIMIT else {**kept, "slew_limit": self._acting}
 
     @property
     def environment(self) -> dict[str, Any]:
@@ -53,7 +69,7 @@ class Agent:
     def at_slew_limit(self, slew_limit: float) -> Agent:
         """The same agent for an environment with this slew limit (rad/s^2): it wants the rates that it wanted."""
         agent = type(self)(self.model, self.config)
-        agent._rate = self.slew_limit / slew_limit
+        agent._acting = slew_limit
         return agent
 
     def predict(
@@ -63,9 +79,22 @@ class Agent:
         episode_start: npt.NDArray[np.bool_] | None = None,
         deterministic: bool = True,
     ) -> tuple[np.ndarray, Memory]:
-        """Actions and the next state; shapes (n, 1) for observations (n, channels), and (1,) for (channels,)."""
+        """Actions and the next state; shapes (n, 1) for observations (n, channels), and (1,) for (channels,).
+
+        `ValueError` for observations of other sensors.
+        """
+        shown, wanted = np.shape(observation)[-1:], len(self.sensors.channels)
+        if shown != (wanted,):
+            raise refuse(
+                self.config["algorithm"],
+                "shape of an observation",
+                shown,
+                "",
+                f"({wanted},): {', '.join(self.sensors.names)}",
+            )
         actions, memory = self._act(observation, state, episode_start, deterministic)
-        return (actions if self._rate == 1.0 else np.clip(self._rate * actions, -1.0, 1.0)), memory
+        rate = self.slew_limit / self._acting
+        return (actions if rate == 1.0 else np.clip(rate * actions, -1.0, 1.0)), memory
 
     def _act(
         self,

@@ -117,6 +117,13 @@ class Checkpoint(BaseCallback):
     def _on_training_start(self) -> None:
         self._next = self.num_timesteps + self.every
 
+    def stop_if_asked(self) -> None:
+        """Raise what a stop is to raise, where one was asked for; nothing is written."""
+        if self.asked is not None and self.asked():
+            self._stop = KeyboardInterrupt()
+        if self._stop:
+            raise self._stop
+
     def _on_rollout_start(self) -> None:
         if self.asked is not None and self.asked():
             self._stop = KeyboardInterrupt()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import yaml
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from agents.training.imitation import Imitation
 from agents.training.schedules import policy_kwargs, schedule
 from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Kind, Switch
 from drillrig_env.extras import missing
@@ -22,7 +24,9 @@ ALGORITHMS = ("ppo", "sac", "ppo_lstm")
 HYPERPARAMETER_FILES = Path(__file__).parents[1] / "hyperparams"
 """The folder with one file for each algorithm, `<algorithm>.yml`, with a section for each environment."""
 
-_OURS = ("n_envs", "n_timesteps", "env_kwargs", "frame_stack")  # used by training itself, not by the algorithm
+_OURS = ("n_envs", "n_timesteps", "env_kwargs", "frame_stack", "imitation", "critic_iterations", "staggered")
+"""What training itself uses, and not the algorithm. The last three are this project's own; rl-zoo3 has the others."""
+
 _FIXED = ("self", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model", "device")
 _SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
 _FROM_MINUS_ONE = Allowed(low=-1, whole=True)
@@ -32,8 +36,10 @@ _KINDS: dict[str, Kind] = {
     **dict.fromkeys(("gamma", "gae_lambda", "tau"), SHARE),
     **dict.fromkeys(("gradient_steps", "sde_sample_freq"), _FROM_MINUS_ONE),
     **dict.fromkeys(("max_grad_norm", "target_kl", *_SCHEDULES), POSITIVE),
-    **dict.fromkeys(("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage"), Switch()),
-    "learning_starts": Allowed(low=0, whole=True),
+    **dict.fromkeys(
+        ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "staggered"), Switch()
+    ),
+    **dict.fromkeys(("learning_starts", "critic_iterations"), Allowed(low=0, whole=True)),
     "vf_coef": NOT_NEGATIVE,
     "ent_coef": NOT_NEGATIVE,
 }
@@ -54,18 +60,22 @@ def algorithm_class(algorithm: str) -> type[BaseAlgorithm]:
 
 
 def hyperparameters(
-    algorithm: str, env_id: str, changes: Mapping[str, Any] | None = None, file: Path | None = None
+    algorithm: str,
+    env_id: str,
+    changes: Mapping[str, Any] | None = None,
+    file: Path | None = None,
+    table: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The hyperparameters of an algorithm for an environment, with `changes` put in.
 
-    `file` is read in place of the algorithm's own. Raises `ValueError` for a file that is missing or cannot be read,
-    for an unknown algorithm, environment or hyperparameter, with the closest known name, and for a value that is
-    not allowed.
+    `file` is read in place of the algorithm's own, and `table`, hyperparameters by name, stands in place of any file.
+    Raises `ValueError` for a file that is missing or cannot be read, for an unknown algorithm, environment or
+    hyperparameter, with the closest known name, and for a value that is not allowed.
     """
     taken = inspect.signature(algorithm_class(algorithm)).parameters
     known = [name for name in taken if name not in _FIXED]
     path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
-    tables = _read_tables(path)
+    tables = _read_tables(path) if table is None else {env_id: dict(table)}
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
     chosen = {**tables[env_id], **(changes or {})}
@@ -82,6 +92,8 @@ def hyperparameters(
         raise ValueError(f"{algorithm}: policy {policy!r} is not known; {closest(policy, policies)}")
     if not isinstance(chosen.get("env_kwargs", {}), dict):
         raise refuse(algorithm, "env_kwargs", chosen["env_kwargs"], "", "arguments of the environment by name")
+    if chosen.get("imitation") is not None:
+        chosen["imitation"] = asdict(Imitation.of(chosen["imitation"]))
     algorithm_arguments(chosen)  # refuses what cannot be read
     return chosen
 

@@ -33,6 +33,8 @@ class Numbers(ProgressColumn):
 
 def line(numbers: dict[str, Any]) -> str:
     """The numbers of a training, as one line; those that are not known yet are left out."""
+    if numbers.get("imitated") and not numbers.get("steps"):
+        return f"imitates: {numbers['imitated']:,} steps"
     parts = [f"{numbers.get('steps', 0):,} steps"]
     for name, text in (
         ("reward", "reward {:.3f}"),
@@ -87,13 +89,28 @@ class ShowProgress(BaseCallback):
         self._numbers: dict[str, Any] = {}
         self._told = self._line = self._since = self._earlier = 0.0
         self._done = 0
+        self._learning: float | None = None
+        self._begun = False
 
-    def _on_training_start(self) -> None:
-        self._since, self._done, self._line = time.monotonic(), self.num_timesteps, time.monotonic()
+    def imitates(self, steps: int) -> None:
+        """Tell that the agent imitates, and for how many steps by now."""
+        self._begin()
+        self._numbers["imitated"] = steps
+        self._tell()
+
+    def _begin(self) -> None:
+        if self._begun:
+            return
+        self._begun = True
+        self._since = self._line = time.monotonic()
         self._earlier = read_progress(self.folder).get("seconds", 0.0)
         if self.bars:
             self._task = self.bars.add_task(self.folder.name, total=self.total, numbers={})
             self.bars.start()
+
+    def _on_training_start(self) -> None:
+        self._begin()
+        self._learning, self._done = time.monotonic(), self.num_timesteps
         self._tell(at_once=True)
 
     def _on_rollout_start(self) -> None:
@@ -128,8 +145,8 @@ class ShowProgress(BaseCallback):
         self._told = now
         self._numbers["steps"], self._numbers["total"] = self.num_timesteps, self.total
         self._numbers["seconds"] = round(self._earlier + now - self._since, 1)
-        if now - self._since > _SECONDS:
-            self._numbers["steps_per_second"] = (self.num_timesteps - self._done) / (now - self._since)
+        if self._learning and now - self._learning > _SECONDS:
+            self._numbers["steps_per_second"] = (self.num_timesteps - self._done) / (now - self._learning)
         if self.evaluate:
             self._numbers["evaluated"] = self.evaluate.mitigated
         with suppress(OSError):  # a disk that is full for a moment must not end the training

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.policy.environment import check_arguments, plain_arguments
+from agents.policy.run_folder import find_run, read_config
 from agents.training.hyperparameters import ALGORITHMS, hyperparameters
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
 from drillrig_env.parameters import check_fields, parameter, refuse
@@ -48,6 +49,12 @@ class Training:
     conf_file: Path | None = parameter(
         None, meaning="file of hyperparameters", allowed=File(), none="agents/hyperparams/<algorithm>.yml"
     )
+    resume_from: str | None = parameter(
+        None,
+        meaning="agent to begin with: its weights, and its settings where no others are given",
+        allowed=Text("the name of an agent, or a run's folder"),
+        none="an agent that knows nothing",
+    )
     eval_freq: int | None = parameter(
         None, "steps", "distance between evaluations; negative: none", allowed=Allowed(whole=True), none=_TENTH
     )
@@ -77,8 +84,11 @@ def checked_config(training: Training) -> dict[str, Any]:
     changes = dict(training.hyperparams)
     if training.n_timesteps is not None:
         changes["n_timesteps"] = training.n_timesteps
-    chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file)
-    env_kwargs = plain_arguments(training.env_id, {**chosen.get("env_kwargs", {}), **training.env_kwargs})
+    base = _base(training)
+    table = {name: value for name, value in base["hyperparameters"].items() if name != "imitation"} if base else None
+    chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file, table)
+    given = base["env_kwargs"] if base else chosen.get("env_kwargs", {})
+    env_kwargs = plain_arguments(training.env_id, {**given, **training.env_kwargs})
     check_arguments(training.env_id, env_kwargs)
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
@@ -95,4 +105,18 @@ def checked_config(training: Training) -> dict[str, Any]:
         "save_freq": training.save_freq or part,
         "tensorboard": training.tensorboard,
         "command": sys.argv,
+        **({"resume_from": training.resume_from} if base else {}),
     }
+
+
+def _base(training: Training) -> dict[str, Any] | None:
+    """The config of the agent to begin with; None where there is none. `ValueError` where it is of another kind."""
+    if training.resume_from is None:
+        return None
+    config = read_config(find_run(training.resume_from))
+    for name in ("algorithm", "env_id"):
+        if config[name] != getattr(training, name):
+            raise refuse(
+                "Training", name, getattr(training, name), "", f"{config[name]}, that of {training.resume_from}"
+            )
+    return config

@@ -15,9 +15,12 @@ from agents.policy.environment import environment_arguments, make_environment
 from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new_run, read_config, write_config
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
+from agents.training.fine_tuning import take_weights
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.training.imitation import Imitation, imitate
 from agents.training.progress import ShowProgress
 from agents.training.settings import Training, checked_config
+from agents.training.warm_up import WarmUp
 from drillrig_env.command_line import Failed
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.files import check_writable, owned
@@ -72,7 +75,10 @@ def new_model(config: Mapping[str, Any], threads: int | None = None) -> BaseAlgo
     env = _environment(config, threads)
     arguments = algorithm_arguments(config["hyperparameters"])
     try:
-        return algorithm_class(config["algorithm"])(env=env, seed=config["seed"], device="cpu", **arguments)
+        model = algorithm_class(config["algorithm"])(env=env, seed=config["seed"], device="cpu", **arguments)
+        if "resume_from" in config:
+            take_weights(model, config["resume_from"])
+        return model
     except (AssertionError, TypeError, ValueError) as error:  # Stable-Baselines3 has the last word
         raise ValueError(f"{config['algorithm']}: these hyperparameters are not allowed: {error}") from error
 
@@ -99,7 +105,8 @@ def _learn(
     asked: Callable[[], bool] | None = None,
 ) -> None:
     """Learn until the total is reached or a stop is asked for. The checkpoint goes when the last model is whole."""
-    total = config["hyperparameters"]["n_timesteps"]
+    chosen = config["hyperparameters"]
+    total = chosen["n_timesteps"]
     left = total - model.num_timesteps
     model.tensorboard_log = str(folder) if config.get("tensorboard", True) else None
     evaluate = None
@@ -108,9 +115,12 @@ def _learn(
         evaluate = Evaluate(folder, config, arguments, config["eval_episodes"], config["eval_freq"])
     checkpoint = Checkpoint(folder, config["save_freq"], asked)
     shown = ShowProgress(folder, total, evaluate, progress)
-    callbacks: list[BaseCallback] = [shown, *([evaluate] if evaluate else []), checkpoint]
+    warm_up = WarmUp(chosen.get("critic_iterations", 0), chosen.get("staggered", False))
+    callbacks: list[BaseCallback] = [shown, *([evaluate] if evaluate else []), checkpoint, warm_up]
     try:
         with checkpoint:
+            if chosen.get("imitation") and not begun:
+                _imitate(model, config, shown, checkpoint)
             model.learn(left, callback=callbacks, tb_log_name="tensorboard", reset_num_timesteps=not begun)
             save_model(folder / MODEL, model)
             (folder / CHECKPOINT).unlink(missing_ok=True)
@@ -123,6 +133,18 @@ def _learn(
         raise
     finally:
         shown.close()
+
+
+def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgress, checkpoint: Checkpoint) -> None:
+    """Let the model imitate before it learns; a stop in between keeps nothing, since this takes a minute."""
+    env = model.get_env()
+    assert env is not None
+
+    def told(steps: int) -> None:
+        checkpoint.stop_if_asked()
+        shown.imitates(steps)
+
+    imitate(model, env, Imitation.of(config["hyperparameters"]["imitation"]), config["seed"], told)
 
 
 def _keep(model: BaseAlgorithm, folder: Path, total: int, end: BaseException) -> None:

@@ -237,6 +237,7 @@ class EpisodeBatch(PlaysTask):
             "action_weight": reward.action,
             "deviation": reward.variance_shape == "absolute",
             "absolute": reward.tracking_shape == "absolute",
+            "phases": reward.form == "phases",
             "steps": self._steps,
             "window_start": self.window_start,
         }

@@ -82,6 +82,7 @@ SETTINGS = np.dtype(
         ("action_weight", "f8"),
         ("deviation", "b1"),  # shape of the variance term
         ("absolute", "b1"),  # shape of the tracking term
+        ("phases", "b1"),  # whether the terms are those in phases
         ("steps", "i8"),  # of an episode
         ("window_start", "i8"),  # step with which the last window begins
     ],
@@ -162,6 +163,7 @@ def _step(
         s.action_weight,
         s.deviation,
         s.absolute,
+        s.phases,
     )
     episode.terms[0], episode.terms[1], episode.terms[2] = variance, tracking, effort
     episode.reward = variance + tracking + effort

@@ -8,6 +8,19 @@ or |e| in place of e^2 and sqrt(V) / omega* in place of V / omega*^2. Squares ar
 scores decide (5 % off the target, a swing of 10 %); absolute values are not. Calm rotation at the target
 scores 0. Variance alone would be won by standing still or by racing away; the second term stands
 against both.
+
+The reward in phases (`reward="phases"`) is made of the same mean and variance, and asks for one thing after the
+other. With a share of motion s, a swing d and an error e, each of the latter as large as it can get for a bit that
+stands,
+
+    s = min(1, |m| / 0.3 omega*)
+    d = s min(sqrt(V) / max(|m|, 0.3 omega*), 1.5) + (1 - s) 1.5
+    e = s min(|m - omega*| / omega*, 2) + (1 - s) 2
+    calm = 1 / (1 + (d / 0.07)^2),   on = 1 / (1 + (e / 0.05)^2)
+    reward = - w_V (1 - calm + d / 2) - w_m (1 - calm on + e / 10) - w_a a^2.
+
+While the bit shakes, the product calm on is small wherever the mean lies, so that nothing is lost by a detour over
+high speed; once it is calm, the way down to the target pays. Nothing scores less than standing still.
 """
 
 from __future__ import annotations
@@ -18,7 +31,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from drillrig_env.allowed import Allowed, Choice
-from drillrig_env.parameters import check_fields, parameter
+from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.toml import record_of
 
 TERMS = ("variance", "tracking", "action")
@@ -27,6 +40,7 @@ TERMS = ("variance", "tracking", "action")
 
 _WEIGHT = Allowed(0.0, 1e6)
 _SHAPE = Choice(("square", "absolute"))
+_FORM = Choice(("sum", "phases"))
 
 
 @dataclass(frozen=True)
@@ -43,18 +57,28 @@ class Reward:
     time_constant: float = parameter(
         2.5, "s", "of the running mean and variance: about one stick-slip period", allowed=Allowed(1e-3, 1e6)
     )
+    form: str = parameter("sum", meaning="the terms as a sum, or in phases: first calm, then on target", allowed=_FORM)
 
     def __post_init__(self) -> None:
         check_fields(self)
+        for name in ("variance_shape", "tracking_shape"):
+            if self.form == "phases" and getattr(self, name) != "square":
+                raise refuse("Reward", name, getattr(self, name), "", 'none beside form = "phases", which has its own')
 
     @classmethod
     def of(cls, reward: RewardLike) -> Reward:
-        """A reward as environments take it: None for the default, a `Reward`, a dictionary of changes, or a TOML file.
+        """A reward as environments take it: None for the default, "phases" for the one that agents are shipped with,
+        a `Reward`, a dictionary of changes to the default, or a TOML file.
 
         Raises `ValueError` for what is none of these, with the closest known name for an unknown field.
         """
+        if isinstance(reward, str) and reward in PRESETS:
+            return PRESETS[reward]
         return record_of(cls, "reward", reward)
 
+
+PRESETS = {"phases": Reward(variance=0.1, tracking=0.2, action=0.003, form="phases")}
+"""Rewards by name."""
 
 RewardLike: TypeAlias = Reward | Mapping[str, Any] | str | Path | None
 """What `Reward.of` takes."""

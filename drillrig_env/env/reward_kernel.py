@@ -6,6 +6,10 @@ from math import sqrt
 
 from drillrig_env.jit.compiled import inlined
 
+_SLOW = 0.3  # share of the target below which a mean counts as standing, more and more
+_LARGEST_SWING, _LARGEST_ERROR = 1.5, 2.0  # beyond these, worse is not told from bad
+_CALM_SWING, _SMALL_ERROR = 0.07, 0.05  # at which half of what calm and being on target are worth is there
+
 
 @inlined
 def update_statistics(mean: float, variance: float, bit_speed: float, gain: float) -> tuple[float, float]:
@@ -26,8 +30,12 @@ def reward_terms(
     action_weight: float,
     deviation: bool,
     absolute: bool,
+    phases: bool,
 ) -> tuple[float, float, float]:
     """The three terms of the reward, each zero or negative; with the standard `deviation`, the `absolute` error."""
+    if phases:
+        shaking, off = _phases(mean, variance, target)
+        return -variance_weight * shaking, -tracking_weight * off, -action_weight * action * action
     error = (mean - target) / target
     swing = variance / (target * target)
     tracking = abs(error) if absolute else error * error
@@ -36,3 +44,15 @@ def reward_terms(
         -tracking_weight * tracking,
         -action_weight * action * action,
     )
+
+
+@inlined
+def _phases(mean: float, variance: float, target: float) -> tuple[float, float]:
+    """What shaking and being off the target cost in phases; both largest for a bit that stands."""
+    slow = _SLOW * target
+    motion = min(1.0, abs(mean) / slow)
+    swing = motion * min(sqrt(variance) / max(abs(mean), slow), _LARGEST_SWING) + (1.0 - motion) * _LARGEST_SWING
+    error = motion * min(abs(mean - target) / target, _LARGEST_ERROR) + (1.0 - motion) * _LARGEST_ERROR
+    calm = 1.0 / (1.0 + (swing / _CALM_SWING) ** 2)
+    on_target = 1.0 / (1.0 + (error / _SMALL_ERROR) ** 2)
+    return 1.0 - calm + swing / 2.0, 1.0 - calm * on_target + error / 10.0

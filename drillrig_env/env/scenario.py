@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,6 +14,7 @@ from drillrig_env.allowed import SHARE, Allowed, Made, Span
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, parameter, refuse
+from drillrig_env.rig import Rig
 from drillrig_env.toml import record_of
 
 Start: TypeAlias = Literal["stick_slip", "steady", "rest"]
@@ -40,6 +41,9 @@ PINS = (*_PINS, "start", "load_steps")
 """The keys that `reset(options=...)` understands."""
 
 _LEAST_MU_RATIO = 1.05
+
+_SHIFTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0, 37.0]) % 1.0
+"""What a draw's uniform numbers are shifted by, modulo 1, to make the next candidate: again uniform, and far away."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,11 @@ class Scenario:
     )
     load_time: tuple[float, float] = parameter(
         (0.0, 1.0), meaning="when it steps, as a share of the episode, drawn", allowed=Span(SHARE)
+    )
+    candidates: int = parameter(
+        1,
+        meaning="draws that every second episode begins with the hardest of, by the slope of friction at the target",
+        allowed=Allowed(1, 100, whole=True),
     )
     friction: Friction = parameter(
         factory=Friction,
@@ -109,6 +118,12 @@ class Scenario:
 
         `pins` are checked options, as from `check_pins`.
         """
+        if self.candidates > 1:
+            one = replace(self, candidates=1)
+            shifted = [(uniforms + k * _SHIFTS) % 1.0 for k in range(self.candidates)]
+            slopes = [_slope(one.draw(each, duration, pins)) for each in shifted]
+            hardest = np.where((uniforms[:, -1] * 2.0**20) % 1.0 < 0.5, np.argmin(slopes, axis=0), 0)
+            uniforms = np.stack(shifted)[hardest, np.arange(len(uniforms))]
         u = uniforms.T
         n = len(uniforms)
         table = self.friction.as_array(1)[0]
@@ -234,6 +249,11 @@ def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
         if not NOT_NEGATIVE.holds(force):
             raise refuse("reset options", "load_steps", force, "N", NOT_NEGATIVE)
     return steps
+
+
+def _slope(draws: Draws) -> FloatArray:
+    """How fast friction falls with speed at the target, N m s/rad but for a factor that all draws share."""
+    return np.asarray(draws.friction.slope(Rig(), draws.speed_target))
 
 
 def _between(bounds: tuple[float, float], uniform: FloatArray) -> FloatArray:

@@ -134,7 +134,7 @@ class DrillRigEnv(OneRig):
     | `sensors` | by id | | what is seen | `"state"`, `"encoders"`, `"surface"`, or names of channels |
     | `noise` | by sensors | | noise of the measurements | 0 for none, 1 for the standard, or deviations by channel |
     | `delay` | by sensors | control steps | by which measurements come late | 0 to 10, or a range (low, high), drawn |
-    | `reward` | `Reward()` | | weights and shape of the reward | a `Reward`, or changes to the default |
+    | `reward` | `Reward()` | | weights and shape of the reward | `"phases"`, a `Reward`, or changes to the default |
     | `slew_limit` | `2.0` | rad/s^2 | largest rate of the speed reference | > 0 and <= 1000 |
     | `drive` | the rig's | | the drive's speed loop | `Drive(k_p, k_i, back_emf_share)`, or its fields |
     | `duration` | `60.0` | s | length of an episode | a multiple of 0.1, at most 100000 |

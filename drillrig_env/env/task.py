@@ -85,7 +85,7 @@ class Task:
     reward: Reward = parameter(
         factory=Reward,
         meaning="weights and shape of the reward",
-        allowed=Made(Reward.of, "a `Reward`, or changes to the default"),
+        allowed=Made(Reward.of, '`"phases"`, a `Reward`, or changes to the default'),
     )
     slew_limit: float = parameter(
         SLEW_LIMIT, "rad/s^2", "largest rate of the speed reference", allowed=Allowed(0.0, 1e3, low_open=True)

@@ -2,10 +2,20 @@
 
 from drillrig_env.policy.checks import check_policy
 from drillrig_env.policy.contract import Memory, Policy, channels_of, drive_of, privileged_of
-from drillrig_env.policy.finding import GROUP, PolicySource, UnknownPolicyError, find_policy, make_policy, policy_names
+from drillrig_env.policy.finding import (
+    GROUP,
+    PolicySource,
+    UnknownPolicyError,
+    find_policy,
+    load,
+    make_policy,
+    policy_names,
+)
+from drillrig_env.policy.home import AtHome
 
 __all__ = [
     "GROUP",
+    "AtHome",
     "Memory",
     "Policy",
     "PolicySource",
@@ -14,6 +24,7 @@ __all__ = [
     "check_policy",
     "drive_of",
     "find_policy",
+    "load",
     "make_policy",
     "policy_names",
     "privileged_of",

@@ -23,6 +23,7 @@ from typing import Any
 
 from drillrig_env.parameters import closest
 from drillrig_env.policy.contract import Policy
+from drillrig_env.policy.home import AtHome
 
 GROUP = "drillrig.policies"
 """The group of entry points."""
@@ -109,6 +110,26 @@ def make_policy(policy: Any, **context: Any) -> Policy:
     False
     """
     return find_policy(policy).make(**context)
+
+
+def load(policy: Any, env: Any = None) -> Policy:
+    """A policy by name, FILE.py:CLASS, folder or class, ready to act in the environment that it belongs in.
+
+    The baselines and the trained agents know that environment: `env_id`, `env_kwargs`, `make_env()` and `make_vec(n)`.
+    With `env`, any form of `DrillRig-v0`, the policy is made for its rig, sensors and slew limit, and one that was
+    made for others is refused by name. Raises `ValueError` where there is no such policy, or `env` is not for it.
+
+    >>> policy = load("lqg")
+    >>> observation, info = policy.make_env().reset(seed=0)
+    >>> action, memory = policy.predict(observation)
+    """
+    if env is None:
+        return make_policy(policy)
+    task = env.unwrapped.task
+    made = make_policy(policy, sensors=task.sensors.names, rig=task.rig, slew_limit=task.slew_limit)
+    if isinstance(made, AtHome):
+        made.check_env(env)
+    return made
 
 
 def load_class(file: Path, name: str) -> type:

@@ -97,9 +97,20 @@ def test_reward_follows_its_formula(shape):
     assert rows["reward"][-1] == pytest.approx(sum(expected), rel=1e-5)
 
 
-def test_calm_rotation_at_the_target_scores_zero():
-    core = begin({"start": "steady", "speed_target": 4.0})
+@pytest.mark.parametrize("reward", [None, "phases"])
+def test_calm_rotation_at_the_target_scores_zero(reward):
+    core = begin({"start": "steady", "speed_target": 4.0}, reward=reward)
     assert np.abs(run(core, 100)["reward"]).max() < 1e-12
+
+
+def test_reward_in_phases_is_made_of_the_running_statistics():
+    core = begin({"start": "stick_slip", "normal_force": 20.0, "speed_target": 2.0}, reward="phases")
+    row = run(core, 30, action=0.4)[-1]
+    swing = np.sqrt(row["variance"]) / row["mean"]
+    error = abs(row["mean"] - 2.0) / 2.0
+    calm, on = 1.0 / (1.0 + (swing / 0.07) ** 2), 1.0 / (1.0 + (error / 0.05) ** 2)
+    expected = [-0.1 * (1.0 - calm + swing / 2.0), -0.2 * (1.0 - calm * on + error / 10.0), -0.003 * 0.16]
+    np.testing.assert_allclose(row["terms"], expected, rtol=1e-6)
 
 
 def test_verdict_looks_at_the_last_ten_seconds():

@@ -6,7 +6,16 @@ import pytest
 from drillrig_env import Reward
 from drillrig_env.env.reward_kernel import reward_terms, update_statistics
 
-terms, update = (getattr(kernel, "py_func", kernel) for kernel in (reward_terms, update_statistics))
+plain, update = (getattr(kernel, "py_func", kernel) for kernel in (reward_terms, update_statistics))
+
+
+def terms(*given):
+    """The terms as a sum: not in phases."""
+    return plain(*given, False)
+
+
+def in_phases(mean, variance, target=2.0, action=0.0, weights=(1.0, 1.0, 1.0)):
+    return plain(mean, variance, target, action, *weights, False, False, True)
 
 
 def test_terms_by_hand():
@@ -21,6 +30,45 @@ def test_no_reward_is_positive_and_calm_rotation_at_the_target_scores_zero(shape
     assert terms(2.0, 0.0, 2.0, 0.0, 1.0, 1.0, 1.0, *shapes) == (0.0, 0.0, 0.0)
     for mean, variance, action in ((0.0, 1.0, 1.0), (4.0, 0.1, -1.0)):
         assert all(term < 0.0 for term in terms(mean, variance, 2.0, action, 1.0, 1.0, 1.0, *shapes))
+
+
+def test_phases_by_hand():
+    """A swing of 0.07 and an error of 0.05 are worth half of what there is; both are over the target and the mean."""
+    target, mean = 2.0, 2.1
+    shaking, off, effort = in_phases(mean, (0.07 * mean) ** 2, target, 0.5, (2.0, 3.0, 4.0))
+    assert shaking == pytest.approx(-2.0 * (1.0 - 0.5 + 0.07 / 2.0))
+    assert off == pytest.approx(-3.0 * (1.0 - 0.5 * 0.5 + 0.05 / 10.0))
+    assert effort == pytest.approx(-4.0 * 0.25)
+    slow = 0.15 * target  # half of the motion from which on a bit counts as turning
+    swing, error = 0.5 * 0.2 + 0.5 * 1.5, 0.5 * 0.85 + 0.5 * 2.0
+    calm, on = 1.0 / (1.0 + (swing / 0.07) ** 2), 1.0 / (1.0 + (error / 0.05) ** 2)
+    found = in_phases(slow, (0.2 * 0.3 * target) ** 2, target)
+    assert found == pytest.approx((-(1.0 - calm + swing / 2.0), -(1.0 - calm * on + error / 10.0), 0.0))
+
+
+def test_in_phases_nothing_scores_less_than_standing_still():
+    standing = sum(in_phases(0.0, 0.0))
+    assert sum(in_phases(0.0, 4.0)) == pytest.approx(standing)
+    for mean in (-3.0, -0.1, 0.1, 1.0, 2.0, 3.0, 9.0):
+        for deviation in (0.0, 0.1, 1.0, 20.0):
+            assert sum(in_phases(mean, deviation**2)) >= standing - 1e-12, (mean, deviation)
+    assert sum(in_phases(2.0, 0.0)) == 0.0
+
+
+def test_in_phases_a_detour_costs_nothing_while_the_bit_shakes_and_the_way_back_pays_once_it_is_calm():
+    shaking = [sum(in_phases(mean, (0.8 * mean) ** 2)) for mean in (2.0, 3.0)]
+    calm = [sum(in_phases(mean, 0.0)) for mean in (2.0, 2.1, 3.0)]
+    assert shaking[0] - shaking[1] < 0.1 * (calm[0] - calm[2])
+    assert calm[0] > calm[1] > calm[2] > shaking[0]
+
+
+def test_reward_in_phases_by_name_and_by_its_fields():
+    phases = Reward.of("phases")
+    assert phases == Reward(variance=0.1, tracking=0.2, action=0.003, form="phases")
+    with pytest.raises(ValueError, match="variance_shape = absolute"):
+        Reward(form="phases", variance_shape="absolute")
+    with pytest.raises(ValueError, match="form = 'phase'"):
+        Reward(form="phase")
 
 
 def test_running_statistics_are_the_weighted_mean_and_variance_of_the_past():

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from drillrig_env import Friction, Scenario
+from drillrig_env import Friction, Rig, Scenario
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.scenario import PRESETS, STARTS, UNIFORMS, check_pins
 
 UNIFORM = np.random.default_rng(5).random((4000, UNIFORMS))
@@ -143,3 +144,32 @@ def test_static_friction_stays_five_per_cent_above_the_kinetic_one():
     assert pinned.friction.mu_k.max() == pytest.approx(0.3 / 1.05, rel=1e-12)
     kinetic = tight.draw(UNIFORM, 60.0, check_pins({"mu_k": 0.3}, 4000, 60.0))
     assert kinetic.friction.mu_s.min() == pytest.approx(0.315, rel=1e-12)
+
+
+def test_with_candidates_every_second_episode_is_the_hardest_of_them():
+    """Harder is steeper: friction that falls faster with speed at the target. The others stay as they were drawn."""
+    uniforms = first_uniforms(0, 4000)
+    plain, hard = (Scenario(candidates=number).draw(uniforms, 60.0, {}) for number in (1, 5))
+    same = hard.speed_target == plain.speed_target
+    assert 0.45 < same.mean() < 0.65  # half of them, and a fifth of the rest
+    steepness = [-np.asarray(one.friction.slope(Rig(), one.speed_target)) for one in (plain, hard)]
+    assert np.all(steepness[1] >= steepness[0])
+    assert steepness[1][~same].mean() > 2.0 * steepness[0].mean()
+    for name in ("normal_force", "mu_s", "mu_k", "v_b"):
+        ends = [(np.min(getattr(one.friction, name)), np.max(getattr(one.friction, name))) for one in (plain, hard)]
+        np.testing.assert_allclose(ends[0], ends[1], rtol=0.02)
+
+
+def test_candidates_are_of_the_same_distribution():
+    """Where steepness does not differ between candidates, the draws stay uniform."""
+    flat = Scenario(candidates=5, speed_target=(2.0, 2.0), normal_force=(10.0, 10.0), spread=0.0)
+    draws = flat.draw(first_uniforms(0, 4000), 60.0, {})
+    assert abs(np.isfinite(draws.load_times[:, 0]).mean() - 0.5) < 0.03
+    assert abs(draws.phase.mean() - 0.5) < 0.02
+
+
+def test_pins_hold_for_the_candidates_too():
+    pins = check_pins({"speed_target": 3.0, "normal_force": 20.0}, 50, 60.0)
+    draws = Scenario(candidates=3).draw(first_uniforms(0, 50), 60.0, pins)
+    assert set(draws.speed_target) == {3.0}
+    assert set(draws.friction.normal_force) == {20.0}

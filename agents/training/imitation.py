@@ -1,0 +1,178 @@
+"""Imitation: a network learns what a controller from the physics does, before it learns by trial.
+
+DAgger (Ross, Gordon & Bagnell, 2011): in every round all rigs play one episode, in the first under the teacher, later
+ever more of them under the student; the teacher says all along what it would have done, and the student is fitted to
+all that was said so far. So it learns from the states that it comes to itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from stable_baselines3 import PPO
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.vec_env import VecEnv
+from stable_baselines3.sac.policies import SACPolicy
+
+from agents.policy.environment import batch_of
+from drillrig_env.allowed import COUNT, POSITIVE, SHARE, Allowed, Switch, Text
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.kernel import observe_episodes, scratch
+from drillrig_env.env.sensors import SENSORS
+from drillrig_env.parameters import check_fields, parameter
+from drillrig_env.policy import make_policy
+
+_HUBER = 0.3  # error of an action from which on its cost grows linearly
+
+
+@dataclass(frozen=True)
+class Imitation:
+    """How a network imitates a controller. `ValueError` for a field that is not allowed."""
+
+    teacher: str = parameter("lqg", meaning="policy that is imitated", allowed=Text("the name of a policy"))
+    privileged: bool = parameter(
+        False, meaning="show the teacher the exact state at once, whatever the student sees", allowed=Switch()
+    )
+    rounds: int = parameter(8, meaning="rounds of one episode in every rig", allowed=COUNT)
+    first_share: float = parameter(0.6, meaning="of the rigs that the student plays in the second round", allowed=SHARE)
+    last_share: float = parameter(0.9, meaning="of those that it plays in the last", allowed=SHARE)
+    updates: int = parameter(150, meaning="steps of the optimiser after each round", allowed=COUNT)
+    last_updates: int = parameter(
+        1200, meaning="steps of the optimiser at the end, with a rate that falls to zero", allowed=COUNT
+    )
+    batch: int = parameter(4096, meaning="observations in a step of the optimiser", allowed=COUNT)
+    learning_rate: float = parameter(1e-3, meaning="of Adam", allowed=POSITIVE)
+    log_std: float = parameter(
+        -2.0, meaning="logarithm of the spread of actions with which it then explores", allowed=Allowed(-10.0, 2.0)
+    )
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @classmethod
+    def of(cls, given: Mapping[str, object]) -> Imitation:
+        """An imitation from its fields. `ValueError` for an unknown one."""
+        return cls(**given)  # type: ignore[arg-type]
+
+
+def imitate(
+    model: BaseAlgorithm, env: VecEnv, how: Imitation, seed: int, told: Callable[[int], object] = lambda _: None
+) -> None:
+    """Fit the actor of `model` to the teacher, in `env`, whose observations it must take.
+
+    Draws follow from `seed`. `told` is called with the steps so far, several times a second; what it raises ends it.
+    """
+    core = batch_of(env).core
+    exact = Exact(core) if how.privileged else None
+    sensors = exact.sensors if exact else core.sensors
+    teacher = make_policy(how.teacher, sensors=sensors, rig=core.rig, slew_limit=core.slew_limit)
+    random = np.random.default_rng(seed)
+    actor = actor_of(model)
+    optimiser = torch.optim.Adam(actor.parameters, lr=how.learning_rate)
+    channels = len(core.sensors.channels)
+    seen: list[npt.NDArray[np.float32]] = []
+    said: list[npt.NDArray[np.float32]] = []
+
+    def fit(updates: int, falling: bool) -> None:
+        observations, labels = torch.from_numpy(np.concatenate(seen)), torch.from_numpy(np.concatenate(said))
+        for k in range(updates):
+            told(len(seen) * env.num_envs)
+            if falling:
+                optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
+            rows = torch.from_numpy(random.integers(len(labels), size=how.batch))
+            cost = _cost(actor.mean(observations[rows]), labels[rows])
+            optimiser.zero_grad()
+            cost.backward()  # type: ignore[no-untyped-call]
+            optimiser.step()
+
+    for number in range(how.rounds):
+        share = how.first_share + (how.last_share - how.first_share) * (number - 1) / max(1, how.rounds - 2)
+        student = random.random(env.num_envs) < (share if number else 0.0)
+        observation, memory, starts = env.reset(), None, np.ones(env.num_envs, dtype=np.bool_)
+        for _ in range(core.steps):
+            told(len(seen) * env.num_envs)
+            assert isinstance(observation, np.ndarray)
+            shown = exact.observe() if exact else observation[:, -channels:]
+            wanted, memory = teacher.predict(shown, memory, starts, deterministic=True)
+            with torch.no_grad():
+                own = actor.mean(torch.from_numpy(observation)).numpy().clip(-1.0, 1.0)
+            seen.append(observation.copy())
+            said.append(np.asarray(wanted, dtype=np.float32))
+            observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
+        fit(how.updates, falling=False)
+    fit(how.last_updates, falling=True)
+    actor.explore(how.log_std)
+
+
+class Exact:
+    """The exact states of a batch's rigs as the sensors "state" show them, without noise or delay."""
+
+    def __init__(self, core: EpisodeBatch) -> None:
+        self.core, self.sensors = core, SENSORS["state"]
+        self._layout, self._past = (
+            self.sensors.layout(0.0),
+            np.empty((len(core), 0, len(self.sensors.channels)), np.float32),
+        )
+
+    def observe(self) -> npt.NDArray[np.float32]:
+        """What the rigs are like now, shape (n, channels)."""
+        seen = np.empty((len(self.core), len(self.sensors.channels)), dtype=np.float32)
+        observe_episodes(self.core.episodes, self._layout, self._past, seen, scratch())
+        return seen
+
+
+@dataclass(frozen=True)
+class Actor:
+    """What acts in a model: its mean action, a function of observations, and the parameters behind it.
+
+    `spread` are the parameters of how far it explores, of which the first is the logarithm itself.
+    """
+
+    mean: Callable[[torch.Tensor], torch.Tensor]
+    parameters: list[torch.nn.Parameter]
+    spread: list[torch.nn.Parameter]
+
+    def explore(self, log_std: float) -> None:
+        """Explore everywhere with the same spread, of this logarithm."""
+        with torch.no_grad():
+            for parameter in self.spread:
+                parameter.fill_(0.0)
+            self.spread[0].fill_(log_std)
+
+
+def actor_of(model: BaseAlgorithm) -> Actor:
+    """The acting part of PPO or SAC. `ValueError` for another algorithm."""
+    policy: Any = model.policy
+    if isinstance(policy, SACPolicy):
+        actor: Any = policy.actor
+
+        def squashed(observations: torch.Tensor) -> torch.Tensor:
+            features = actor.extract_features(observations, actor.features_extractor)
+            return torch.tanh(actor.mu(actor.latent_pi(features)))
+
+        acting = [*actor.latent_pi.parameters(), *actor.mu.parameters()]
+        return Actor(squashed, acting, [actor.log_std.bias, actor.log_std.weight])
+    if isinstance(policy, ActorCriticPolicy) and isinstance(model, PPO):
+
+        def mean(observations: torch.Tensor) -> torch.Tensor:
+            found: torch.Tensor = network.action_net(
+                network.mlp_extractor.forward_actor(network.extract_features(observations))
+            )
+            return found
+
+        network: Any = policy
+        acting = [*network.mlp_extractor.policy_net.parameters(), *network.action_net.parameters()]
+        return Actor(mean, acting, [network.log_std])
+    raise ValueError(f"{type(model).__name__} cannot imitate; allowed: PPO, SAC")
+
+
+def _cost(given: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:
+    """Huber's cost of actions; none where the wanted one is at its limit and the given one beyond it."""
+    beyond = (wanted >= 1.0) & (given > 1.0) | (wanted <= -1.0) & (given < -1.0)
+    return torch.nn.functional.huber_loss(torch.where(beyond, wanted, given), wanted, delta=_HUBER)

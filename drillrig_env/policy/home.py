@@ -1,0 +1,66 @@
+"""The environment that a policy belongs in: made from what the policy says, and told from one that differs."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+
+from drillrig_env.drive import Drive
+from drillrig_env.parameters import refuse
+from drillrig_env.policy.contract import channels_of, drive_of
+
+
+class AtHome:
+    """A policy that knows its environment: the id `env_id`, and the arguments `env_kwargs` beside those of the id."""
+
+    env_id: str
+    env_kwargs: Mapping[str, Any]
+
+    def make_env(self, **changes: Any) -> gym.Env[Any, Any]:
+        """The policy's environment as `gym.make` gives it; `changes` are arguments in place of the policy's own.
+
+        Raises `ValueError` where a change leaves what the policy cannot act in; see `check_env`.
+        """
+        env = gym.make(f"drillrig_env:{self.env_id}", **{**self.env_kwargs, **changes})
+        self.check_env(env)
+        return env
+
+    def make_vec(self, num_envs: int, **changes: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
+        """`num_envs` rigs of the policy's environment, as `gym.make_vec` gives them; otherwise as `make_env`."""
+        env = gym.make_vec(f"drillrig_env:{self.env_id}", num_envs=num_envs, **{**self.env_kwargs, **changes})
+        self.check_env(env)
+        return env
+
+    def check_env(self, env: Any) -> None:
+        """Raise `ValueError` naming what of `env` this policy was not made for: sensors, drive, slew limit.
+
+        `env` is any form of `DrillRig-v0`. Another rig, noise or delay is warned of by name: the policy acts there,
+        but not as it was scored.
+        """
+        found = env.unwrapped
+        wanted = self._task()
+        name = type(self).__name__
+        remedy = "that of the policy's make_env()"
+        shown = tuple(found.sensors.names)
+        if channels_of(self) != shown:
+            raise refuse(name, "the environment's sensors", ", ".join(shown), "", ", ".join(channels_of(self) or ()))
+        own, theirs = drive_of(self) or Drive.of_rig(wanted.rig), found.drive or Drive.of_rig(found.rig)
+        if wanted.rig == found.rig and own != theirs:
+            raise refuse(name, "the environment's drive", theirs.as_dict(), "", f"{own.as_dict()}, {remedy}")
+        if found.slew_limit != wanted.slew_limit:
+            raise refuse(
+                name, "the environment's slew_limit", found.slew_limit, "rad/s^2", f"{wanted.slew_limit:g}, {remedy}"
+            )
+        for what in ("rig", "noise", "delay"):
+            if getattr(found, what) != getattr(wanted, what):
+                warnings.warn(f"{name}: the environment's {what} is not the one it was made for", stacklevel=2)
+
+    def _task(self) -> Any:
+        """The task of the policy's own environment."""
+        env = gym.make(f"drillrig_env:{self.env_id}", **self.env_kwargs)
+        task = env.unwrapped.task  # type: ignore[attr-defined]
+        env.close()
+        return task

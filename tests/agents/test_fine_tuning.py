@@ -1,0 +1,59 @@
+"""To begin with an agent that knows something."""
+
+import numpy as np
+import pytest
+
+import drillrig_env
+from agents.policy.run_folder import load_policy, read_config
+from agents.training.fine_tuning import load_trainable
+from agents.training.settings import Training
+from agents.training.train import train
+
+SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "imitation": None, "critic_iterations": 0}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    hyperparams = {**SMALL, "frame_stack": 2}
+    folder = tmp_path_factory.mktemp("runs") / "first"
+    return train(settings(folder, n_timesteps=512, hyperparams=hyperparams))
+
+
+def settings(folder, **changes):
+    quiet = {"eval_freq": -1, "tensorboard": False, "progress": False}
+    return Training(**{"run_folder": folder, "env_kwargs": {"duration": 3.0}, **quiet, **changes})
+
+
+def test_a_training_goes_on_from_an_agent_with_its_settings(run, tmp_path):
+    again = train(
+        settings(tmp_path / "again", n_timesteps=128, resume_from=str(run), hyperparams={"learning_rate": 1e-12})
+    )
+    config = read_config(again)
+    assert config["resume_from"] == str(run)
+    assert config["hyperparameters"]["frame_stack"] == 2
+    assert config["hyperparameters"]["n_timesteps"] == 128
+    observations = np.random.default_rng(0).normal(size=(9, 12)).astype(np.float32)
+    actions = [load_policy(folder).predict(observations)[0] for folder in (run, again)]
+    np.testing.assert_allclose(actions[0], actions[1], atol=1e-6)  # with hardly any rate it hardly changes
+
+
+def test_it_learns_with_a_rate_that_begins_anew(run):
+    model = load_trainable(str(run), drillrig_env.make_sb3(8, seed=0, duration=3.0))
+    before = model.policy.action_net.weight.detach().numpy().copy()
+    model.learn(256)
+    assert model.observation_space.shape == (24,)
+    assert not np.allclose(model.policy.action_net.weight.detach().numpy(), before)
+
+
+def test_what_does_not_fit_is_refused_by_name(run, tmp_path):
+    with pytest.raises(ValueError, match=r"shape of the observations"):
+        load_trainable(str(run), drillrig_env.make_sb3(8, seed=0, env_id="DrillRigSurface-v0"))
+    with pytest.raises(ValueError, match="env_id = DrillRigSurface-v0"):
+        train(settings(tmp_path / "b", resume_from=str(run), env_id="DrillRigSurface-v0"))
+    with pytest.raises(ValueError, match="algorithm = sac"):
+        train(settings(tmp_path / "c", resume_from=str(run), algorithm="sac"))
+    with pytest.raises(ValueError, match="neither a shipped agent nor the folder of a run"):
+        train(settings(tmp_path / "d", resume_from="nobody"))
+    with pytest.raises(ValueError, match="another network"):
+        train(settings(tmp_path / "e", resume_from=str(run), hyperparams={"policy_kwargs": "dict(net_arch=[8])"}))
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,59 @@
+"""The environment that a policy belongs in: made by the policy, and told from one that differs."""
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import drillrig_env
+from drillrig_env.policy import load, make_policy
+
+
+@pytest.mark.parametrize("name", ["lqg", "soft_torque", "ppo", "ppo_soft", "ppo_surface_soft"])
+def test_every_form_of_its_environment_takes_a_policy(name):
+    policy = load(name)
+    env, many = policy.make_env(), policy.make_vec(3)
+    observation, _ = env.reset(seed=0)
+    observations, _ = many.reset(seed=0)
+    actions, memory = policy.predict(observations)
+    assert env.action_space.contains(policy.predict(observation)[0])
+    assert actions.shape == (3, 1)
+    many.step(actions)
+    assert env.unwrapped.drive == many.unwrapped.drive == policy.drive
+    again, _ = policy.predict(observations, memory, np.array([True, False, False]), deterministic=True)
+    np.testing.assert_array_equal(again[0], actions[0])
+
+
+def test_an_environment_that_differs_is_named():
+    plain = gym.make("DrillRig-v0")
+    assert load("lqg", env=plain).slew_limit == 2.0
+    for name, kwargs, words in (
+        ("ppo", {"drive": (0.1, 0.1)}, "the environment's drive"),
+        ("ppo_soft", {}, "the environment's drive"),
+        ("ppo", {"sensors": "surface"}, "the environment's sensors"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            load(name, env=gym.make("DrillRig-v0", **kwargs))
+    with pytest.raises(ValueError, match=r"slew_limit = 1\.0 rad/s\^2"):
+        make_policy("lqg").check_env(gym.make("DrillRig-v0", slew_limit=1.0))
+    for change, what in (({"noise": 1.0}, "noise"), ({"delay": 2}, "delay"), ({"rig": {"k_2": 0.4}}, "rig")):
+        with pytest.warns(UserWarning, match=f"the environment's {what} "):
+            make_policy("lqg").check_env(gym.make("DrillRig-v0", **change))
+
+
+def test_a_policy_is_made_for_the_environment_that_is_given():
+    env = gym.make("DrillRig-v0", slew_limit=1.0, rig={"k_2": 0.4})
+    policy = load("lqg", env=env)
+    assert (policy.slew_limit, policy.rig) == (1.0, env.unwrapped.rig)
+    assert load("lqg", env=drillrig_env.make_sb3(2, slew_limit=0.5)).slew_limit == 0.5
+
+
+def test_a_change_that_leaves_its_environment_is_refused_and_another_is_warned_of():
+    with pytest.raises(ValueError, match="the environment's sensors"):
+        load("ppo").make_env(sensors="encoders")
+    with pytest.warns(UserWarning, match="delay"):
+        load("lqg").make_vec(2, delay=1)
+
+
+def test_observations_of_other_sensors_are_refused():
+    with pytest.raises(ValueError, match=r"shape of an observation = \(5,\).*twist_12"):
+        load("ppo").predict(np.zeros((2, 5), np.float32))
