@@ -19,8 +19,8 @@ import numpy as np
 
 from agents.pictures.learning import learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
-from agents.rivals import ahead
-from agents.shipping.card import training_minutes
+from agents.rivals import ahead, beside
+from agents.shipping.card import imitation_steps, training_minutes
 from agents.shipping.export import EXAMPLE
 from drillrig_env import markdown
 from drillrig_env.command_line import Failed, Parser, command
@@ -35,6 +35,21 @@ AGENT = "ppo"
 """The agent whose behaviour is shown."""
 
 _SHOWN = Table((*MAIN.columns, OTHERS.columns[0]), f"{MAIN.caption}; cost: mean of - reward")
+_PLAIN = "**On the rig's own drive**, the environment as `gym.make` gives it:\n"
+_SOFT = (
+    "**Where the drive is ours to change.** Softened gains, those of `soft_torque`, free most rigs without any "
+    "agent; what an agent adds is small, and on the rig's own drive these agents do not work:\n"
+)
+_BESIDE = {
+    False: {
+        "constant": ("DrillRig-v0", "action 0, same drive (`constant`)"),
+        "lqg": ("DrillRig-v0", "`lqg`, same sensors as `ppo`"),
+        "lqg, surface": ("DrillRigSurface-v0", "`lqg`, same sensors as `ppo_surface`"),
+    },
+    True: {"soft_torque": ("DrillRig-v0", "action 0, same drive (`soft_torque`)")},
+}
+"""What stands beside the agents of a drive: policies by name, their environment, and what they are called."""
+
 _LEVELS = (0.5, 0.9, 0.95)
 _ABLATED = (
     ("mitigated", "mitigated", 3),
@@ -118,33 +133,55 @@ def page(docs: Path, trained: Path = TRAINED) -> str:
         raise ValueError(
             f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.shipping.ship"
         )
-    parts = [_shipped(found, trained), _learning(found), _behaviour(docs), _choices(docs)]
+    parts = [_shipped(found, trained, docs), _learning(found), _behaviour(docs), _choices(docs)]
     parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
     return "\n".join(part for part in parts if part)
 
 
-def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
-    """What ships and what it scores."""
-    rows = {}
+def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) -> str:
+    """What ships and what it scores, on the rig's own drive and on the softened one, beside action 0 and a rival."""
+    parts = [
+        "# The agents\n",
+        "The agents learn on random rigs to move the drive's speed reference so that stick-slip ends and the bit turns "
+        "calmly at the target. They are told neither the normal force nor the friction. The names below work wherever "
+        'a policy is asked for, as in `python eval.py ppo`, and `drillrig_env.policy.load("ppo")` brings one with '
+        "the environment that it belongs in.\n",
+        f"On {next(iter(found.values()))['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
+        "mean over all training seeds with its 95 % bootstrap interval; of what is not trained, with that over rigs.\n",
+    ]
+    for soft, words in ((False, _PLAIN), (True, _SOFT)):
+        rows = {
+            f"[`{name}`](../agents/trained/{name}/README.md)": stored_row(
+                {**seeds["pooled"]["default"]["main"], **seeds["pooled"]["default"]["others"]}
+            )
+            for name, seeds in found.items()
+            if bool(read_config(trained / name)["env_kwargs"].get("drive")) is soft
+        }
+        if rows:
+            rows |= beside(docs, _BESIDE[soft])
+            parts += [words, markdown_table(_SHOWN, rows, {}, "policy"), ""]
     about = []
     for name, seeds in found.items():
-        config, tables = read_config(trained / name), seeds["pooled"]["default"]
-        rows[f"[`{name}`](../agents/trained/{name}/README.md)"] = stored_row({**tables["main"], **tables["others"]})
-        steps = f"{config['hyperparameters']['n_timesteps']:,}"
-        minutes, count = training_minutes(seeds), len(seeds["seeds"])
-        about.append((f"`{name}`", f"`{config['env_id']}`", config["algorithm"], steps, minutes, count))
+        config = read_config(trained / name)
+        steps, minutes = f"{config['hyperparameters']['n_timesteps']:,}", training_minutes(seeds)
+        imitated = imitation_steps(config)
+        about.append(
+            (
+                f"`{name}`",
+                f"`{config['env_id']}`",
+                config["algorithm"],
+                f"{imitated:,}" if imitated else "none",
+                steps,
+                minutes,
+                len(seeds["seeds"]),
+            )
+        )
+    headings = ("agent", "environment", "algorithm", "steps of imitation", "of trial", "training, min a seed", "seeds")
     return "\n".join(
         [
-            "# The agents\n",
-            "The agents learn by trial on random rigs to move the drive's speed reference so that stick-slip ends and "
-            "the bit turns calmly at the target. They are told neither the normal force nor the friction. They work "
-            "through a softened drive, that of the baseline `soft_torque`: its gains alone already free most rigs, and "
-            "an agent adds to it. The names below work wherever a policy is asked for, as in `python eval.py ppo`.\n",
-            f"On {next(iter(found.values()))['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
-            "mean over all training seeds with its 95 % bootstrap interval:\n",
-            markdown_table(_SHOWN, rows, {}, "agent"),
-            f"\n*{markdown.sentence(_SHOWN.caption)}*\n",
-            markdown.table(("agent", "environment", "algorithm", "steps", "training, min a seed", "seeds"), about, 3),
+            *parts,
+            f"*{markdown.sentence(_SHOWN.caption)}*\n",
+            markdown.table(headings, about, 3),
             "\nHeld calm at the target by the seed that ships, left to itself for longer than the suites' 60 s:\n",
             _endurance(found),
             "\nThe seed that ships is the one of median mitigated share, not the best one. Each agent's card has its "

@@ -43,6 +43,21 @@ def ahead(docs: Path, agents: Mapping[str, str]) -> str:
     )
 
 
+def beside(docs: Path, policies: Mapping[str, tuple[str, str]]) -> dict[str, Row]:
+    """Rows of `default` from the stored results, of the policies (name: environment, words) that are there.
+
+    A name may be followed by a comma and whatever tells it from the same policy in another environment.
+    """
+    rows = {}
+    for name, (env_id, words) in policies.items():
+        folder = docs / "results" / env_id
+        found = read(folder).estimates.get("default", {}) if folder.is_dir() else {}
+        policy = name.partition(",")[0]
+        if policy in found:
+            rows[words] = _row(found[policy])
+    return rows
+
+
 def _of(name: str, env_id: str, results: Results, agents: set[str]) -> list[str]:
     """The table of one agent, or a sentence where no rival is ahead."""
     rows: list[tuple[str, ...]] = []

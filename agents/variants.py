@@ -1,4 +1,4 @@
-"""What the ablations train: the shipped PPO setting of an environment, and the same with one choice changed."""
+"""What the ablations train: PPO's setting on the softened drive, and the same with one choice changed."""
 
 from __future__ import annotations
 
@@ -7,9 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from agents.policy.environment import environment_arguments
-from agents.training.hyperparameters import hyperparameters
+from agents.training.hyperparameters import HYPERPARAMETER_FILES, hyperparameters
 from agents.training.settings import Training
 from drillrig_env.env.sensors import Sensors
+
+SETTING = HYPERPARAMETER_FILES / "soft_drive" / "ppo.yml"
+"""The setting that is changed."""
 
 STATISTICS = ("bit_speed_mean", "bit_speed_deviation", "string_torque_mean", "string_torque_deviation")
 """Channels that are running statistics rather than measurements of the moment."""
@@ -33,7 +36,7 @@ class Variant:
 
     def training(self, seed: int, steps: int, changes: Mapping[str, Any] | None = None) -> Training:
         """The training of one seed; `changes` are hyperparameters that all variants get."""
-        shipped = hyperparameters("ppo", self.env_id).get("env_kwargs", {})
+        shipped = hyperparameters("ppo", self.env_id, file=SETTING).get("env_kwargs", {})
         env_kwargs: dict[str, Any] = dict(self.env_kwargs)
         if self.reward:
             env_kwargs["reward"] = {**shipped.get("reward", {}), **self.reward}
@@ -43,13 +46,13 @@ class Variant:
             env_kwargs.setdefault("noise", shipped.get("noise", shown.noise))
             env_kwargs.setdefault("delay", shipped.get("delay", shown.delay))
         hyperparams = {**(changes or {}), **self.hyperparams}
-        return Training("ppo", self.env_id, seed, steps, hyperparams, env_kwargs, eval_freq=-1)
+        return Training("ppo", self.env_id, seed, steps, hyperparams, env_kwargs, SETTING, eval_freq=-1)
 
 
 _SURFACE = "DrillRigSurface-v0"
 
 VARIANTS = (
-    Variant("shipped", "the shipped setting"),
+    Variant("shipped", "the setting of the softened drive"),
     Variant(
         "squares",
         "reward of squares: variance and squared error in place of deviation and absolute error",
@@ -71,7 +74,7 @@ VARIANTS = (
         without=STATISTICS,
     ),
     Variant("stiff_drive", "the rig's own stiff drive in place of the soft one", env_kwargs={"drive": None}),
-    Variant("surface", "the shipped setting", _SURFACE),
+    Variant("surface", "the setting of the softened drive", _SURFACE),
     Variant("surface_no_history", "no history: one step of measurements", _SURFACE, hyperparams={"frame_stack": 1}),
     Variant(
         "surface_no_statistics",

@@ -20,6 +20,7 @@ from agents.policy.run_folder import MODEL, SEEDS, TRAINED, is_run, load_policy,
 from drillrig_env import markdown
 from drillrig_env.command_line import Parser, command
 from drillrig_env.drive import Drive
+from drillrig_env.env.task import Task
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, Row, Table, stored_row
 from drillrig_env.files import write_text
@@ -28,13 +29,10 @@ COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
 
 EXAMPLE = """\
-import gymnasium as gym
+from drillrig_env.policy import load
 
-import drillrig_env
-from agents.policy.run_folder import find_run, load_policy
-
-agent = load_policy(find_run("NAME"))
-env = gym.make(agent.config["env_id"], **agent.environment)  # with the drive's gains
+agent = load("NAME")
+env = agent.make_env()
 observation, info = env.reset(seed=0, options={"start": "stick_slip"})
 memory, over = None, False
 while not over:
@@ -84,6 +82,15 @@ def training_minutes(seeds: Mapping[str, Any]) -> str:
     """The median wall time of the seeds' trainings in minutes, as text; also where one is not known."""
     times = [one["seconds"] for one in seeds["seeds"].values()]
     return _minutes(float(np.median(times)) if all(times) else None)
+
+
+def imitation_steps(config: Mapping[str, Any]) -> int:
+    """How many steps of an environment an agent imitated before it learnt by trial; 0 where it did not."""
+    how = config["hyperparameters"].get("imitation")
+    if not how:
+        return 0
+    task = Task.of(**environment_arguments(config["env_id"], config["env_kwargs"]))
+    return int(how["rounds"] * task.steps * config["hyperparameters"]["n_envs"])
 
 
 def _names(trained: Path) -> list[str]:
@@ -175,6 +182,8 @@ def _training(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
     versions = ", ".join(f"{package} {number}" for package, number in made["versions"].items() if number)
     rows = [(f"`{key}`", f"`{json.dumps(value)}`") for key, value in chosen.items() if key != "env_kwargs"]
     rows += [(f"environment: `{key}`", f"`{json.dumps(value)}`") for key, value in config["env_kwargs"].items()]
+    steps = imitation_steps(config)
+    imitated = f"{steps:,} steps in imitation of `{chosen['imitation']['teacher']}`, then " if steps else ""
     spent = (
         f"{training_minutes(seeds)} minutes a seed (median; {_minutes(min(times))} to {_minutes(max(times))})"
         if all(times)
@@ -182,8 +191,8 @@ def _training(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
     )
     return (
         f"## Training\n\n```sh\n{shlex.join(['python', *config['command']])}\n```\n\n"
-        f"Seed of what is shipped: {seeds['shipped']}. {chosen['n_timesteps']:,} steps; wall time, with what else "
-        f"the machine did: {spent}. Machine: {'; '.join(machines)}. {made['date']}, Python {made['python']}, "
+        f"Seed of what is shipped: {seeds['shipped']}. {imitated}{chosen['n_timesteps']:,} steps; wall time, with what "
+        f"else the machine did: {spent}. Machine: {'; '.join(machines)}. {made['date']}, Python {made['python']}, "
         f"{versions}.\n\n{markdown.table(('hyperparameter', 'value'), rows, 2)}\n"
     )
 
