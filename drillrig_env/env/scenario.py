@@ -80,7 +80,7 @@ class Scenario:
     )
     candidates: int = parameter(
         1,
-        meaning="draws that every second episode begins with the hardest of, by the slope of friction at the target",
+        meaning="draws that every second episode takes the hardest of, by the fall of friction with speed at the target",
         allowed=Allowed(1, 100, whole=True),
     )
     friction: Friction = parameter(
@@ -252,8 +252,13 @@ def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
 
 
 def _slope(draws: Draws) -> FloatArray:
-    """How fast friction falls with speed at the target, N m s/rad but for a factor that all draws share."""
-    return np.asarray(draws.friction.slope(Rig(), draws.speed_target))
+    """How fast friction falls with speed at the target under the largest N_1 of an episode; the same but for a factor.
+
+    The factor is one that all draws of a rig share.
+    """
+    loads = np.where(np.isfinite(draws.load_times), draws.load_forces, 0.0).max(axis=1)
+    heaviest = replace(draws.friction, normal_force=np.maximum(draws.friction.normal_force, loads))
+    return np.asarray(heaviest.slope(Rig(), draws.speed_target))
 
 
 def _between(bounds: tuple[float, float], uniform: FloatArray) -> FloatArray:

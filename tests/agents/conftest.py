@@ -6,7 +6,16 @@ from agents.shipping.ship import ship
 from agents.training.settings import Training
 from agents.training.train import train
 
-TINY = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
+TINY = {
+    "n_envs": 8,
+    "n_steps": 16,
+    "batch_size": 64,
+    "n_epochs": 1,
+    "imitation": None,
+    "critic_iterations": 0,
+    "frame_stack": 1,
+    "learning_rate": 0.01,
+}
 
 
 @pytest.fixture(scope="package")

@@ -15,7 +15,16 @@ from agents.training.train import train
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
-PPO = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "learning_rate": 0.01}
+PPO = {
+    "n_envs": 8,
+    "n_steps": 16,
+    "batch_size": 64,
+    "n_epochs": 1,
+    "imitation": None,
+    "critic_iterations": 0,
+    "frame_stack": 1,
+    "learning_rate": 0.01,
+}
 SAC = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "gradient_steps": 1}
 
 

@@ -17,7 +17,15 @@ from agents.training.train import train
 from drillrig_env import files
 
 ROOT = Path(__file__).parents[2]
-SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
+SMALL = {
+    "n_envs": 8,
+    "n_steps": 16,
+    "batch_size": 64,
+    "n_epochs": 1,
+    "imitation": None,
+    "critic_iterations": 0,
+    "frame_stack": 1,
+}
 FLAGS = "--eval-freq -1 --no-tensorboard --env-kwargs duration:3.0 -params n_envs:8 n_steps:16 batch_size:64"
 
 

@@ -15,7 +15,15 @@ from drillrig_env.files import LOCK
 from drillrig_env.rig import Rig
 from drillrig_env.seeds import TRAINING_SEEDS
 
-SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1}
+SMALL = {
+    "n_envs": 8,
+    "n_steps": 16,
+    "batch_size": 64,
+    "n_epochs": 1,
+    "imitation": None,
+    "critic_iterations": 0,
+    "frame_stack": 1,
+}
 SHORT = {"duration": 3.0}
 ROOT = Path(__file__).parents[2]
 
