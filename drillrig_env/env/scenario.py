@@ -80,7 +80,7 @@ class Scenario:
     )
     candidates: int = parameter(
         1,
-        meaning="draws that every second episode takes the hardest of, by the fall of friction with speed at the target",
+        meaning="draws of which every second episode takes the hardest, where friction falls fastest at the target",
         allowed=Allowed(1, 100, whole=True),
     )
     friction: Friction = parameter(
