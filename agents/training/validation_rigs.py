@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,11 @@ class Validation:
 def validate(agent: Agent, arguments: Mapping[str, Any], rigs: int) -> Validation:
     """Run `rigs` episodes side by side, from developed stick-slip and with a constant normal force.
 
-    `arguments` are those of `EpisodeBatch`. No generator of the training is touched.
+    `arguments` are those of `EpisodeBatch`. The rigs are drawn evenly, also where training shows the hard ones more
+    often. No generator of the training is touched.
     """
     core = EpisodeBatch(rigs, **arguments)
+    core.change(scenario=replace(core.scenario, candidates=1, target_skew=1.0))
     core.reset(np.arange(rigs), first_uniforms(VALIDATION_SEEDS.start, rigs), STICKING)
     returns = np.zeros(rigs)
     for _ in play(agent, core):

@@ -11,6 +11,7 @@ from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import is_run, load_policy, read_config
 from agents.training.settings import Training
 from agents.training.train import train
+from agents.training.validation_rigs import validate
 from drillrig_env.files import LOCK
 from drillrig_env.rig import Rig
 from drillrig_env.seeds import TRAINING_SEEDS
@@ -189,3 +190,15 @@ def test_an_agent_wants_the_same_rates_at_another_slew_limit(tmp_path):
     actions = agent.predict(observations)[0]
     slower = agent.at_slew_limit(1.0).predict(observations)[0]
     np.testing.assert_allclose(slower, np.clip(2.0 * actions, -1.0, 1.0))
+
+
+def test_validation_draws_evenly_what_training_shows_more_often():
+    agent = Constant()
+    shown = {"target_skew": 3.0, "candidates": 5}
+    even, skewed = (validate(agent, {"scenario": one, "duration": 1.0}, 20) for one in ({}, shown))
+    np.testing.assert_array_equal(even.returns, skewed.returns)
+
+
+class Constant:
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.zeros((len(observation), 1), np.float32), None
