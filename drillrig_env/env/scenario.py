@@ -252,13 +252,8 @@ def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
 
 
 def _slope(draws: Draws) -> FloatArray:
-    """How fast friction falls with speed at the target under the largest N_1 of an episode; the same but for a factor.
-
-    The factor is one that all draws of a rig share.
-    """
-    loads = np.where(np.isfinite(draws.load_times), draws.load_forces, 0.0).max(axis=1)
-    heaviest = replace(draws.friction, normal_force=np.maximum(draws.friction.normal_force, loads))
-    return np.asarray(heaviest.slope(Rig(), draws.speed_target))
+    """How fast friction falls with speed at the target, N m s/rad but for a factor that all draws share."""
+    return np.asarray(draws.friction.slope(Rig(), draws.speed_target))
 
 
 def _between(bounds: tuple[float, float], uniform: FloatArray) -> FloatArray:

@@ -146,21 +146,13 @@ def test_static_friction_stays_five_per_cent_above_the_kinetic_one():
     assert kinetic.friction.mu_s.min() == pytest.approx(0.315, rel=1e-12)
 
 
-def steepness_of(draws):
-    """The fall of friction at the target under the heaviest load of an episode, N m s/rad."""
-    last = np.where(np.isfinite(draws.load_times[:, 0]), draws.load_forces[:, 0], 0.0)
-    force = np.maximum(draws.friction.normal_force, last)
-    law = draws.friction
-    return -np.asarray(Friction(force, law.mu_s, law.mu_k, law.v_b).slope(Rig(), draws.speed_target))
-
-
 def test_with_candidates_every_second_episode_is_the_hardest_of_them():
     """Harder is steeper: friction that falls faster with speed at the target. The others stay as they were drawn."""
     uniforms = first_uniforms(0, 4000)
     plain, hard = (Scenario(candidates=number).draw(uniforms, 60.0, {}) for number in (1, 5))
     same = hard.speed_target == plain.speed_target
     assert 0.45 < same.mean() < 0.65  # half of them, and a fifth of the rest
-    steepness = [steepness_of(one) for one in (plain, hard)]
+    steepness = [-np.asarray(one.friction.slope(Rig(), one.speed_target)) for one in (plain, hard)]
     assert np.all(steepness[1] >= steepness[0])
     assert steepness[1][~same].mean() > 2.0 * steepness[0].mean()
     for name in ("normal_force", "mu_s", "mu_k", "v_b"):
