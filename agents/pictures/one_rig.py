@@ -22,7 +22,7 @@ from drillrig_env.friction import Friction
 from drillrig_env.plots.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
 from drillrig_env.policy import Policy
 
-RIVALS = ("soft_torque", "z_torque", "jump_ease")
+RIVALS = ("constant", "z_torque", "lqg")
 _SHOWN = 40.0  # s of the episode
 _CONTACT = ("normal_force", "mu_s", "mu_k", "v_b")
 
