@@ -23,7 +23,7 @@ from stable_baselines3.common.env_util import make_vec_env
 
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments, make_environment
-from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.training.hyperparameters import HYPERPARAMETER_FILES, algorithm_arguments, algorithm_class
 from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from agents.training.validation_rigs import validate
@@ -102,6 +102,7 @@ def timed_training(run: Run, folder: Path) -> dict[str, Any]:
         run.algorithm,
         seed=run.seed,
         hyperparams=run.hyperparams,
+        conf_file=HYPERPARAMETER_FILES / "soft_drive" / f"{run.algorithm}.yml",
         eval_freq=-1,
         log_folder=folder,
         threads=run.cores,

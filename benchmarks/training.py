@@ -4,11 +4,11 @@
     python -m benchmarks.training                                    # until both reach 0.9: about a quarter of an hour
     python -m benchmarks.training --algorithms ppo --seeds 9 --cores 1
 
-PPO and SAC are trained on `DrillRig-v0` as `train.py` does it, by the same function with the shipped
-hyperparameters, TensorBoard log and checkpoints, and stop where 0.9 of 200 rigs are first seen mitigated. These are
-rigs of the evaluation during training: neither trained nor judged on. For comparison the same algorithm, with the
-same settings and as many environments, learns Gymnasium's Pendulum-v1 from SB3's `make_vec_env` (`DummyVecEnv`); of
-that only the speed counts.
+PPO and SAC are trained on `DrillRig-v0` as `train.py` does it, by the same function with the hyperparameters of
+the softened drive, TensorBoard log and checkpoints, and stop where 0.9 of 200 rigs are first seen mitigated. These
+are rigs of the evaluation during training: neither trained nor judged on. For comparison the same algorithm, with
+the same settings and as many environments, learns Gymnasium's Pendulum-v1 from SB3's `make_vec_env`
+(`DummyVecEnv`); of that only the speed counts.
 
 Each run has a fresh process that is held on its cores (`os.sched_setaffinity`). The rigs may be stepped on
 all of these, where that many are worth a thread; PyTorch and BLAS have one thread (`torch.set_num_threads`,

@@ -80,9 +80,9 @@ def training_name(row: Results) -> str:
 TRAINING = Part(
     "training",
     "Training",
-    """PPO and SAC as `train.py` runs them, with the shipped hyperparameters; for comparison Pendulum-v1 from
-Stable-Baselines3's own vector environment with the same settings. Seconds and steps to the goal are medians over
-seeds, validation not counted.""",
+    """PPO and SAC as `train.py` runs them, with the hyperparameters of the softened drive; for comparison
+Pendulum-v1 from Stable-Baselines3's own vector environment with the same settings. Seconds and steps to the goal are
+medians over seeds, validation not counted.""",
     result,
     tables,
     plot,
