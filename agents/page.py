@@ -62,11 +62,12 @@ _ABLATED = (
 _USE = f"""## Train, resume, export
 
 ```sh
-python train.py ppo --seeds 5 --run-folder runs/ppo   # five seeds, one after another; --jobs 2: two at a time
-python train.py --resume runs/ppo                     # go on after Ctrl-C, bit for bit as without the stop
-python -m agents.shipping.ship runs/ppo --name ppo             # evaluate all seeds, ship the median one, write its card
-python -m agents.ablations                            # the table of choices above
-python -m agents.page                                 # this page
+python train.py ppo --seeds 5 --run-folder runs/ppo  # five seeds, one after another; --jobs 2: two at a time
+python train.py --resume runs/ppo                    # go on after Ctrl-C, bit for bit as without the stop
+python -m agents.shipping.ship runs/ppo --name ppo   # evaluate all seeds, ship the median one, write its card
+python -m agents.ablations                           # the table of choices above
+python -m agents.page                                # this page
+python train.py ppo --conf-file agents/hyperparams/soft_drive/ppo.yml  # an agent for the softened drive
 ```
 
 `python train.py --help` lists the rest: hyperparameters and arguments of the environment can be changed on the
@@ -82,10 +83,13 @@ code their maker put there. This project reads a run's settings from `config.jso
 `model.zip`: `eval.py` and the export execute nothing that a run folder holds. `train.py --resume` does load the
 checkpoint's pickles: go on with your own trainings only. To pass an agent on, use ONNX, which holds no code.
 
-The hyperparameter files are in rl-zoo3's format:
+`python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew;
+`agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own.
+
+The hyperparameter files are in rl-zoo3's format, and where nothing is imitated first it trains from them:
 
 ```sh
-python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf agents/hyperparams/ppo.yml
+python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf agents/hyperparams/soft_drive/ppo.yml
 ```
 
 That steps single environments one by one; `train.py` steps all rigs in one compiled call.
