@@ -89,7 +89,8 @@ checkpoint's pickles: go on with your own trainings only. To pass an agent on, u
 The hyperparameter files are in rl-zoo3's format, and where nothing is imitated first it trains from them:
 
 ```sh
-python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf agents/hyperparams/soft_drive/ppo.yml
+cd agents/hyperparams/soft_drive
+python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf ppo.yml
 ```
 
 That steps single environments one by one; `train.py` steps all rigs in one compiled call.
