@@ -105,5 +105,5 @@ def test_noise_and_delay_of_a_training_are_everyones_and_said(tmp_path, capsys):
 
 
 def test_a_surface_agent_brings_its_environment(tmp_path):
-    assert evaluate("ppo_surface", *FEW, "--output", tmp_path) == 0
+    assert evaluate("ppo_surface_soft", *FEW, "--output", tmp_path) == 0
     assert read(tmp_path).config["env"] == "DrillRigSurface-v0"

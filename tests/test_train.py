@@ -12,7 +12,16 @@ from agents.training.progress import ShowProgress
 from agents.training.settings import Training
 from drillrig_env.rig import Rig
 
-SMALL = ["-params", "n_envs:8", "n_steps:16", "batch_size:64", "n_epochs:1", "--env-kwargs", "duration:3.0"]
+SMALL = [
+    "-params",
+    "n_envs:8",
+    "n_steps:16",
+    "batch_size:64",
+    "n_epochs:1",
+    "imitation:null",
+    "--env-kwargs",
+    "duration:3.0",
+]
 SHORT = ["-n", "256", "--eval-freq", "-1", "--no-tensorboard", "--no-progress", *SMALL]
 
 

@@ -16,7 +16,7 @@ def test_card_tells_task_scores_training_and_use(trained):
         "PPO for `DrillRig-v0`",
         f"| {about['shipped']} (shipped) |",
         "| `load` |",
-        "k_p = ",
+        "on the rig's own drive",
         "MIT",
         about["seeds"]["0"]["machine"],
         "256 steps",

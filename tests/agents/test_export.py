@@ -25,7 +25,15 @@ PPO = {
     "frame_stack": 1,
     "learning_rate": 0.01,
 }
-SAC = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "gradient_steps": 1}
+SAC = {
+    "n_envs": 4,
+    "learning_starts": 100,
+    "batch_size": 32,
+    "imitation": None,
+    "critic_iterations": 0,
+    "frame_stack": 1,
+    "gradient_steps": 1,
+}
 
 
 @pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface"])

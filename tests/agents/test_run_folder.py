@@ -70,7 +70,7 @@ def test_the_model_is_the_one_that_was_saved(run):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         saved = PPO.load(run / MODEL, device="cpu")
-    observations = np.random.default_rng(0).normal(size=(50, 12)).astype(np.float32)
+    observations = np.random.default_rng(0).normal(size=(50, *saved.observation_space.shape)).astype(np.float32)
     expected = saved.predict(observations, deterministic=True)[0]
     np.testing.assert_array_equal(load_policy(run).model.predict(observations, deterministic=True)[0], expected)
 
@@ -118,7 +118,7 @@ def test_a_damaged_model_is_named_with_what_to_do(run):
 
 
 def test_a_model_of_another_network_is_named(run):
-    shutil.copyfile(TRAINED / "ppo_surface" / MODEL, run / MODEL)
+    shutil.copyfile(TRAINED / "ppo_surface_soft" / MODEL, run / MODEL)
     with pytest.raises(ValueError, match=r"model\.zip does not fit the network of its config\.json"):
         load_policy(run)
 

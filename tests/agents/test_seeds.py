@@ -27,6 +27,7 @@ SMALL = {
     "frame_stack": 1,
 }
 FLAGS = "--eval-freq -1 --no-tensorboard --env-kwargs duration:3.0 -params n_envs:8 n_steps:16 batch_size:64"
+FLAGS += " imitation:null critic_iterations:0 frame_stack:1"
 
 
 def small(folder, **changes):

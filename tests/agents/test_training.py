@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 from dataclasses import fields
@@ -64,7 +65,15 @@ def test_same_seed_same_agent_and_another_seed_another(tmp_path):
 
 
 def test_sac_trains(tmp_path):
-    few = {"n_envs": 4, "learning_starts": 100, "batch_size": 32, "gradient_steps": 1}
+    few = {
+        "n_envs": 4,
+        "learning_starts": 100,
+        "batch_size": 32,
+        "imitation": None,
+        "critic_iterations": 0,
+        "frame_stack": 1,
+        "gradient_steps": 1,
+    }
     folder = train(small(tmp_path, algorithm="sac", hyperparams=few))
     assert load_policy(folder).model.num_timesteps >= 512
 
@@ -169,7 +178,7 @@ def command(*arguments, folder):
 
 
 def test_command_line_trains_seeds_side_by_side(tmp_path):
-    settings = [f"{name}:{value}" for name, value in SMALL.items()]
+    settings = [f"{name}:{json.dumps(value)}" for name, value in SMALL.items()]
     flags = ["-n", "512", "--eval-episodes", "4", "--no-tensorboard", "--seeds", "2", "--jobs", "2", "--seed", "3"]
     settings = ["--env-kwargs", "duration:3.0", "-params", *settings]
     trained = command(str(ROOT / "train.py"), *flags, *settings, folder=tmp_path)

@@ -172,7 +172,7 @@ def test_an_episode_starts_where_there_is_no_state_and_once_where_it_starts_anew
 
 @pytest.mark.parametrize("name", [name for name in policy_names() if name != "mppi"])
 def test_the_projects_own_policies_keep_it(name):
-    check_policy(name, sensors="state" if name != "ppo_surface" else "surface")
+    check_policy(name, sensors="state" if name != "ppo_surface_soft" else "surface")
 
 
 @pytest.mark.slow

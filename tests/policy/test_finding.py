@@ -32,7 +32,7 @@ def file(tmp_path):
 
 def test_baselines_and_trained_agents_have_names():
     assert set(baselines.BASELINES) <= set(policy_names())
-    assert {"ppo", "sac", "ppo_surface"} <= set(policy_names())
+    assert {"ppo", "sac_soft", "ppo_surface_soft"} <= set(policy_names())
 
 
 @pytest.mark.parametrize("name", baselines.BASELINES)
