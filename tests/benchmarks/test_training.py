@@ -20,8 +20,26 @@ from benchmarks.training import plan, summary
 from drillrig_env.env.sb3 import DrillRigVecEnv
 
 SMALL = {
-    "ppo": {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "n_timesteps": 512},
-    "sac": {"n_envs": 8, "learning_starts": 100, "batch_size": 32, "gradient_steps": 1, "n_timesteps": 512},
+    "ppo": {
+        "n_envs": 8,
+        "n_steps": 16,
+        "batch_size": 64,
+        "n_epochs": 1,
+        "n_timesteps": 512,
+        "imitation": None,
+        "critic_iterations": 0,
+        "frame_stack": 1,
+    },
+    "sac": {
+        "n_envs": 8,
+        "learning_starts": 100,
+        "batch_size": 32,
+        "gradient_steps": 1,
+        "n_timesteps": 512,
+        "imitation": None,
+        "critic_iterations": 0,
+        "frame_stack": 1,
+    },
 }
 ALGORITHMS = {"ppo": PPO, "sac": SAC}
 METHODS = [(PPO, "learn"), (PPO, "train"), (SAC, "learn"), (SAC, "train"), (SAC, "predict")]
@@ -36,7 +54,7 @@ def small(folder, algorithm="ppo"):
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_what_is_watched_learns_the_same(tmp_path, algorithm):
     def validated(model):
-        agent = Agent(model, {"hyperparameters": {}})
+        agent = Agent(model, {"env_id": "DrillRig-v0", "env_kwargs": {}, "hyperparameters": {}})
         return float(validate(agent, {"duration": 3.0, "sensors": "state"}, 3).mitigated.mean())
 
     methods = [getattr(owner, name) for owner, name in METHODS]
