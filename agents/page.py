@@ -43,8 +43,8 @@ _SOFT = (
 _BESIDE = {
     False: {
         "constant": ("DrillRig-v0", "action 0, same drive (`constant`)"),
-        "lqg": ("DrillRig-v0", "`lqg`, same sensors as `ppo`"),
-        "lqg, surface": ("DrillRigSurface-v0", "`lqg`, same sensors as `ppo_surface`"),
+        "lqg": ("DrillRig-v0", "`lqg`, same drive and sensors"),
+        "lqg, surface": ("DrillRigSurface-v0", "`lqg`, sensors of the surface"),
     },
     True: {"soft_torque": ("DrillRig-v0", "action 0, same drive (`soft_torque`)")},
 }
