@@ -41,14 +41,14 @@ _SOFT = (
     "agent; what an agent adds is small, and on the rig's own drive these agents do not work:\n"
 )
 _BESIDE = {
-    False: {
-        "constant": ("DrillRig-v0", "action 0, same drive (`constant`)"),
-        "lqg": ("DrillRig-v0", "`lqg`, same drive and sensors"),
-        "lqg, surface": ("DrillRigSurface-v0", "`lqg`, sensors of the surface"),
-    },
-    True: {"soft_torque": ("DrillRig-v0", "action 0, same drive (`soft_torque`)")},
+    False: (
+        ("constant", "DrillRig-v0", "action 0, same drive (`constant`)"),
+        ("lqg", "DrillRig-v0", "`lqg`, same drive and sensors"),
+        ("lqg", "DrillRigSurface-v0", "`lqg`, sensors of the surface"),
+    ),
+    True: (("soft_torque", "DrillRig-v0", "action 0, same drive (`soft_torque`)"),),
 }
-"""What stands beside the agents of a drive: policies by name, their environment, and what they are called."""
+"""What stands beside the agents, by whether the drive is softened: a policy, its environment, what it is called."""
 
 _LEVELS = (0.5, 0.9, 0.95)
 _ABLATED = (

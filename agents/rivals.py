@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from drillrig_env import markdown
@@ -43,16 +43,15 @@ def ahead(docs: Path, agents: Mapping[str, str]) -> str:
     )
 
 
-def beside(docs: Path, policies: Mapping[str, tuple[str, str]]) -> dict[str, Row]:
-    """Rows of `default` from the stored results, of the policies (name: environment, words) that are there.
+def beside(docs: Path, policies: Iterable[tuple[str, str, str]]) -> dict[str, Row]:
+    """Rows of `default` by what they are called, from the stored results of those policies that are there.
 
-    A name may be followed by a comma and whatever tells it from the same policy in another environment.
+    `policies` are names, each with its environment and what it is called.
     """
     rows = {}
-    for name, (env_id, words) in policies.items():
+    for policy, env_id, words in policies:
         folder = docs / "results" / env_id
         found = read(folder).estimates.get("default", {}) if folder.is_dir() else {}
-        policy = name.partition(",")[0]
         if policy in found:
             rows[words] = _row(found[policy])
     return rows

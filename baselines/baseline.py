@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -18,7 +18,7 @@ from drillrig_env.policy import AtHome
 from drillrig_env.rig import Rig, RigLike
 
 
-class Baseline(AtHome, ABC):
+class Baseline(AtHome):
     """A policy that names the speed reference it wants; the action is the rate that gets there.
 
     Subclasses give `desired_reference` and say, as class attributes, what they live on:
@@ -79,12 +79,12 @@ class Baseline(AtHome, ABC):
         return {name: found[name] if value is None else value for name, value in given.items()}
 
     @property
-    def env_id(self) -> str:  # type: ignore[override]
+    def env_id(self) -> str:
         """The id of the environment whose sensors it reads: `DrillRigSurface-v0` for those of the surface."""
         return "DrillRigSurface-v0" if self.sensors.name == "surface" else "DrillRig-v0"
 
     @property
-    def env_kwargs(self) -> dict[str, Any]:  # type: ignore[override]
+    def env_kwargs(self) -> dict[str, Any]:
         """The arguments of its environment, beside those of the id."""
         kwargs: dict[str, Any] = {"slew_limit": self.slew_limit}
         if self.rig != Rig():

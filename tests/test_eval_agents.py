@@ -6,6 +6,7 @@ from drillrig_env.cli import evaluate as command
 from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.store import read
 from drillrig_env.policy import find_policy
+from tests.agents.tiny import PPO
 
 FEW = ["--suite", "default", "--rigs", "8", "--no-pictures"]
 
@@ -26,15 +27,7 @@ def trained(tmp_path_factory):
                 "ppo",
                 seed=seed,
                 n_timesteps=256,
-                hyperparams={
-                    "n_envs": 2,
-                    "n_steps": 64,
-                    "batch_size": 64,
-                    "n_epochs": 1,
-                    "imitation": None,
-                    "critic_iterations": 0,
-                    "frame_stack": 1,
-                },
+                hyperparams={**PPO, "n_envs": 2, "n_steps": 64},
                 run_folder=folder / f"seed_{seed}",
                 eval_freq=-1,
                 tensorboard=False,
@@ -78,15 +71,7 @@ def test_noise_and_delay_of_a_training_are_everyones_and_said(tmp_path, capsys):
         Training(
             "ppo",
             n_timesteps=128,
-            hyperparams={
-                "n_envs": 2,
-                "n_steps": 64,
-                "batch_size": 64,
-                "n_epochs": 1,
-                "imitation": None,
-                "critic_iterations": 0,
-                "frame_stack": 1,
-            },
+            hyperparams={**PPO, "n_envs": 2, "n_steps": 64},
             env_kwargs={"noise": 2.0, "delay": [1, 5]},
             run_folder=tmp_path / "noisy",
             eval_freq=-1,

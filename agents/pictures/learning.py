@@ -35,7 +35,7 @@ def plot_learning(trained: Path = TRAINED) -> Picture:
         for share in shares:
             panel.plot(millions, share, color=BLUE, lw=0.7, alpha=0.6)
         panel.plot(millions, interquartile_mean(shares, axis=0), color=DARK, lw=2.0)
-        panel.set_title(f"{name}: {read_config(trained / name)['env_id']}")
+        panel.set_title(f"{name}\n{read_config(trained / name)['env_id']}")
         panel.set_xlim(0.0, float(millions[-1]))
         panel.set_xlabel("million steps")
     panels[0].set_ylim(-0.02, 1.02)

@@ -36,12 +36,12 @@ class Agent(AtHome):
         self._acting = self.slew_limit  # what its action 1 stands for now, rad/s^2
 
     @property
-    def env_id(self) -> str:  # type: ignore[override]
+    def env_id(self) -> str:
         """The id of the environment that it acts in."""
         return str(self.config["env_id"])
 
     @property
-    def env_kwargs(self) -> dict[str, Any]:  # type: ignore[override]
+    def env_kwargs(self) -> dict[str, Any]:
         """The arguments of that environment beside those of the id; what only training drew or paid is left out."""
         kept = {name: value for name, value in self.config["env_kwargs"].items() if name not in _OF_TRAINING}
         return kept if self._acting == SLEW_LIMIT else {**kept, "slew_limit": self._acting}

@@ -119,15 +119,16 @@ class Checkpoint(BaseCallback):
 
     def stop_if_asked(self) -> None:
         """Raise what a stop is to raise, where one was asked for; nothing is written."""
+        if self._stopped():
+            raise self._stop or KeyboardInterrupt
+
+    def _stopped(self) -> bool:
         if self.asked is not None and self.asked():
             self._stop = KeyboardInterrupt()
-        if self._stop:
-            raise self._stop
+        return self._stop is not None
 
     def _on_rollout_start(self) -> None:
-        if self.asked is not None and self.asked():
-            self._stop = KeyboardInterrupt()
-        if self._stop or self.num_timesteps >= self._next:
+        if self._stopped() or self.num_timesteps >= self._next:
             self._next = self.num_timesteps + self.every
             save_checkpoint(self.path, self.model)
         if self._stop:

@@ -27,6 +27,7 @@ from drillrig_env.env.kernel import observe_episodes, scratch
 from drillrig_env.env.sensors import SENSORS
 from drillrig_env.parameters import check_fields, parameter
 from drillrig_env.policy import make_policy
+from drillrig_env.toml import record_of
 
 _HUBER = 0.3  # error of an action from which on its cost grows linearly
 
@@ -57,8 +58,8 @@ class Imitation:
 
     @classmethod
     def of(cls, given: Mapping[str, object]) -> Imitation:
-        """An imitation from its fields. `ValueError` for an unknown one."""
-        return cls(**given)  # type: ignore[arg-type]
+        """An imitation from its fields. `ValueError` for an unknown one, with the closest known name."""
+        return record_of(cls, "imitation", given)
 
 
 def imitate(

@@ -87,10 +87,8 @@ class ShowProgress(BaseCallback):
         self._task = TaskID(0)
         self._ended: list[dict[str, Any]] = []
         self._numbers: dict[str, Any] = {}
-        self._told = self._line = self._since = self._earlier = 0.0
+        self._told = self._line = self._since = self._learning = self._earlier = 0.0
         self._done = 0
-        self._learning: float | None = None
-        self._begun = False
 
     def imitates(self, steps: int) -> None:
         """Tell that the agent imitates, and for how many steps by now."""
@@ -99,9 +97,8 @@ class ShowProgress(BaseCallback):
         self._tell()
 
     def _begin(self) -> None:
-        if self._begun:
+        if self._since:
             return
-        self._begun = True
         self._since = self._line = time.monotonic()
         self._earlier = read_progress(self.folder).get("seconds", 0.0)
         if self.bars:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,11 +14,18 @@ from drillrig_env.parameters import refuse
 from drillrig_env.policy.contract import channels_of, drive_of
 
 
-class AtHome:
+class AtHome(ABC):
     """A policy that knows its environment: the id `env_id`, and the arguments `env_kwargs` beside those of the id."""
 
-    env_id: str
-    env_kwargs: Mapping[str, Any]
+    @property
+    @abstractmethod
+    def env_id(self) -> str:
+        """The id of the environment."""
+
+    @property
+    @abstractmethod
+    def env_kwargs(self) -> Mapping[str, Any]:
+        """The arguments of the environment, beside those of the id."""
 
     def make_env(self, **changes: Any) -> gym.Env[Any, Any]:
         """The policy's environment as `gym.make` gives it; `changes` are arguments in place of the policy's own.
@@ -41,7 +49,7 @@ class AtHome:
         but not as it was scored.
         """
         found = env.unwrapped
-        wanted = self._task()
+        wanted = type(found.task).of({**gym.spec(self.env_id).kwargs, **self.env_kwargs})
         name = type(self).__name__
         remedy = "that of the policy's make_env()"
         shown = tuple(found.sensors.names)
@@ -57,10 +65,3 @@ class AtHome:
         for what in ("rig", "noise", "delay"):
             if getattr(found, what) != getattr(wanted, what):
                 warnings.warn(f"{name}: the environment's {what} is not the one it was made for", stacklevel=2)
-
-    def _task(self) -> Any:
-        """The task of the policy's own environment."""
-        env = gym.make(f"drillrig_env:{self.env_id}", **self.env_kwargs)
-        task = env.unwrapped.task  # type: ignore[attr-defined]
-        env.close()
-        return task

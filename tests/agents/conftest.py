@@ -5,17 +5,9 @@ import pytest
 from agents.shipping.ship import ship
 from agents.training.settings import Training
 from agents.training.train import train
+from tests.agents.tiny import PPO
 
-TINY = {
-    "n_envs": 8,
-    "n_steps": 16,
-    "batch_size": 64,
-    "n_epochs": 1,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-    "learning_rate": 0.01,
-}
+TINY = {**PPO, "learning_rate": 0.01}
 
 
 @pytest.fixture(scope="package")

@@ -11,29 +11,13 @@ from agents.shipping.export import EXAMPLE, TOLERANCE, export, largest_differenc
 from agents.shipping.exported import ExportedPolicy
 from agents.training.settings import Training
 from agents.training.train import train
+from tests.agents import tiny
 
 onnx = pytest.importorskip("onnx")
 onnxruntime = pytest.importorskip("onnxruntime")
 
-PPO = {
-    "n_envs": 8,
-    "n_steps": 16,
-    "batch_size": 64,
-    "n_epochs": 1,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-    "learning_rate": 0.01,
-}
-SAC = {
-    "n_envs": 4,
-    "learning_starts": 100,
-    "batch_size": 32,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-    "gradient_steps": 1,
-}
+PPO = {**tiny.PPO, "learning_rate": 0.01}
+SAC = tiny.SAC
 
 
 @pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface"])

@@ -8,13 +8,12 @@ from agents.policy.run_folder import load_policy, read_config
 from agents.training.fine_tuning import load_trainable
 from agents.training.settings import Training
 from agents.training.train import train
-
-SMALL = {"n_envs": 8, "n_steps": 16, "batch_size": 64, "n_epochs": 1, "imitation": None, "critic_iterations": 0}
+from tests.agents.tiny import PPO
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    hyperparams = {**SMALL, "frame_stack": 2}
+    hyperparams = {**PPO, "frame_stack": 2}
     folder = tmp_path_factory.mktemp("runs") / "first"
     return train(settings(folder, n_timesteps=512, hyperparams=hyperparams))
 

@@ -8,7 +8,7 @@ from stable_baselines3 import PPO, SAC
 from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import load_policy
 from agents.training.imitation import Exact, Imitation, actor_of, imitate
-from agents.training.settings import Training
+from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from agents.training.warm_up import stagger
 from drillrig_env.policy import make_policy
@@ -106,6 +106,12 @@ def test_impossible_imitations_are_refused(fields, words):
         Imitation(**fields)
 
 
+def test_an_unknown_field_of_an_imitation_is_named_with_the_closest_one():
+    training = Training(hyperparams={"imitation": {"round": 2}})
+    with pytest.raises(ValueError, match=r"unknown key round = 2; did you mean rounds"):
+        checked_config(training)
+
+
 def test_first_episodes_end_one_after_another():
     env = make_environment("DrillRig-v0", 10, 0, SHORT)
     env.reset()
@@ -149,7 +155,6 @@ def test_the_actor_is_held_while_the_critic_warms_up(tmp_path, algorithm):
 
 def fresh(algorithm, hyperparams):
     """The model of a training before its first step, and its environment."""
-    from agents.training.settings import checked_config
     from agents.training.train import new_model
 
     model = new_model(checked_config(Training(algorithm, n_timesteps=256, hyperparams=hyperparams, env_kwargs=SHORT)))

@@ -18,28 +18,12 @@ from agents.training.train import resume, train
 from drillrig_env import files
 from drillrig_env.command_line import Failed, Terminated
 from drillrig_env.files import LOCK
+from tests.agents import tiny
 
 ROOT = Path(__file__).parents[2]
 
-PPO = {
-    "n_envs": 8,
-    "n_steps": 16,
-    "batch_size": 64,
-    "n_epochs": 2,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-}
-SAC = {
-    "n_envs": 4,
-    "learning_starts": 100,
-    "batch_size": 32,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-    "train_freq": 8,
-    "gradient_steps": 4,
-}
+PPO = {**tiny.PPO, "n_epochs": 2}
+SAC = {**tiny.SAC, "train_freq": 8, "gradient_steps": 4}
 HANDLERS = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 LSTM = {**PPO, "policy_kwargs": {"lstm_hidden_size": 8}}
 

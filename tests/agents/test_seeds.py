@@ -15,23 +15,15 @@ from agents.training.seeds import resume_seeds, train_seeds
 from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from drillrig_env import files
+from tests.agents.tiny import PPO
 
 ROOT = Path(__file__).parents[2]
-SMALL = {
-    "n_envs": 8,
-    "n_steps": 16,
-    "batch_size": 64,
-    "n_epochs": 1,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-}
 FLAGS = "--eval-freq -1 --no-tensorboard --env-kwargs duration:3.0 -params n_envs:8 n_steps:16 batch_size:64"
 FLAGS += " imitation:null critic_iterations:0 frame_stack:1"
 
 
 def small(folder, **changes):
-    values = {"n_timesteps": 256, "hyperparams": SMALL, "env_kwargs": {"duration": 3.0}, "eval_freq": -1}
+    values = {"n_timesteps": 256, "hyperparams": PPO, "env_kwargs": {"duration": 3.0}, "eval_freq": -1}
     settings = {"run_folder": folder, "tensorboard": False, "progress": False}
     return Training(**{**values, **settings, **changes})
 
@@ -128,8 +120,8 @@ def test_what_all_seeds_share_is_refused_before_anything_is_written(tmp_path):
     for changes, given, message in (
         ({}, (0, 1), "seeds = 0"),
         ({}, (2, 0), "jobs = 0"),
-        ({"hyperparams": {**SMALL, "gamma": 2.0}}, (2, 1), "gamma = 2.0"),
-        ({"hyperparams": {**SMALL, "n_envs": 1, "n_steps": 1}}, (2, 1), "not allowed"),
+        ({"hyperparams": {**PPO, "gamma": 2.0}}, (2, 1), "gamma = 2.0"),
+        ({"hyperparams": {**PPO, "n_envs": 1, "n_steps": 1}}, (2, 1), "not allowed"),
     ):
         with pytest.raises(ValueError, match=message):
             train_seeds(small(tmp_path / "runs", **changes), *given)

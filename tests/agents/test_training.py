@@ -16,16 +16,8 @@ from agents.training.validation_rigs import validate
 from drillrig_env.files import LOCK
 from drillrig_env.rig import Rig
 from drillrig_env.seeds import TRAINING_SEEDS
+from tests.agents.tiny import PPO, SAC
 
-SMALL = {
-    "n_envs": 8,
-    "n_steps": 16,
-    "batch_size": 64,
-    "n_epochs": 1,
-    "imitation": None,
-    "critic_iterations": 0,
-    "frame_stack": 1,
-}
 SHORT = {"duration": 3.0}
 ROOT = Path(__file__).parents[2]
 
@@ -33,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 def small(folder, **changes):
     values = {
         "n_timesteps": 512,
-        "hyperparams": SMALL,
+        "hyperparams": PPO,
         "env_kwargs": SHORT,
         "eval_episodes": 4,
         "log_folder": folder,
@@ -65,16 +57,7 @@ def test_same_seed_same_agent_and_another_seed_another(tmp_path):
 
 
 def test_sac_trains(tmp_path):
-    few = {
-        "n_envs": 4,
-        "learning_starts": 100,
-        "batch_size": 32,
-        "imitation": None,
-        "critic_iterations": 0,
-        "frame_stack": 1,
-        "gradient_steps": 1,
-    }
-    folder = train(small(tmp_path, algorithm="sac", hyperparams=few))
+    folder = train(small(tmp_path, algorithm="sac", hyperparams=SAC))
     assert load_policy(folder).model.num_timesteps >= 512
 
 
@@ -100,14 +83,14 @@ def test_bad_settings_are_refused_before_anything_is_written(tmp_path):
         ({"env_kwargs": {"sensors": "none"}}, "sensors"),
         ({"env_kwargs": {"slew_limt": 1.0}}, "did you mean slew_limit"),
         ({"env_kwargs": {"reward": {"traking": 1.0}}}, "did you mean tracking"),
-        ({"hyperparams": {**SMALL, "policy_kwargs": "dict(net_arch=open)"}}, "policy_kwargs"),
+        ({"hyperparams": {**PPO, "policy_kwargs": "dict(net_arch=open)"}}, "policy_kwargs"),
         ({"env_id": "DrillRig-v1"}, "did you mean DrillRig-v0"),
         ({"eval_freq": 0}, "eval_freq = 0"),
         ({"save_freq": 0}, "save_freq = 0"),
-        ({"hyperparams": {**SMALL, "n_steps": -5}}, "n_steps = -5 is not allowed; allowed: whole, >= 1"),
-        ({"hyperparams": {**SMALL, "batch_size": 0}}, "batch_size = 0"),
-        ({"hyperparams": {**SMALL, "gamma": 1.5}}, "gamma = 1.5 is not allowed; allowed: >= 0 and <= 1"),
-        ({"hyperparams": {**SMALL, "n_envs": 1, "n_steps": 1}}, "ppo: these hyperparameters are not allowed"),
+        ({"hyperparams": {**PPO, "n_steps": -5}}, "n_steps = -5 is not allowed; allowed: whole, >= 1"),
+        ({"hyperparams": {**PPO, "batch_size": 0}}, "batch_size = 0"),
+        ({"hyperparams": {**PPO, "gamma": 1.5}}, "gamma = 1.5 is not allowed; allowed: >= 0 and <= 1"),
+        ({"hyperparams": {**PPO, "n_envs": 1, "n_steps": 1}}, "ppo: these hyperparameters are not allowed"),
         ({"env_kwargs": {"scenario": {"friction": {"mu_s": 0.2, "mu": 1}}}}, "DrillRig|friction"),
         ({"env_kwargs": {"duration": float("inf")}}, "duration|DrillRig"),
         ({"env_kwargs": {"rig": 5}}, "rig = 5"),
@@ -161,7 +144,7 @@ def test_curves_hold_the_mitigated_share(tmp_path):
 
 def test_frame_stack_sees_what_it_was_trained_on(tmp_path):
     """The loaded agent stacks frames as the training's `VecFrameStack` did, over resets and all."""
-    folder = train(small(tmp_path, hyperparams={**SMALL, "frame_stack": 3}))
+    folder = train(small(tmp_path, hyperparams={**PPO, "frame_stack": 3}))
     agent = load_policy(folder)
     env = make_environment("DrillRig-v0", 3, 5, {"duration": 1.0}, frame_stack=3)
     stacked, state, begins = env.reset(), None, np.ones(3, dtype=bool)
@@ -178,7 +161,7 @@ def command(*arguments, folder):
 
 
 def test_command_line_trains_seeds_side_by_side(tmp_path):
-    settings = [f"{name}:{json.dumps(value)}" for name, value in SMALL.items()]
+    settings = [f"{name}:{json.dumps(value)}" for name, value in PPO.items()]
     flags = ["-n", "512", "--eval-episodes", "4", "--no-tensorboard", "--seeds", "2", "--jobs", "2", "--seed", "3"]
     settings = ["--env-kwargs", "duration:3.0", "-params", *settings]
     trained = command(str(ROOT / "train.py"), *flags, *settings, folder=tmp_path)

@@ -18,28 +18,11 @@ from benchmarks.one_training import Run, in_fresh_process, timed_training
 from benchmarks.shares import Stopwatch, Watch, watched
 from benchmarks.training import plan, summary
 from drillrig_env.env.sb3 import DrillRigVecEnv
+from tests.agents import tiny
 
 SMALL = {
-    "ppo": {
-        "n_envs": 8,
-        "n_steps": 16,
-        "batch_size": 64,
-        "n_epochs": 1,
-        "n_timesteps": 512,
-        "imitation": None,
-        "critic_iterations": 0,
-        "frame_stack": 1,
-    },
-    "sac": {
-        "n_envs": 8,
-        "learning_starts": 100,
-        "batch_size": 32,
-        "gradient_steps": 1,
-        "n_timesteps": 512,
-        "imitation": None,
-        "critic_iterations": 0,
-        "frame_stack": 1,
-    },
+    "ppo": {**tiny.PPO, "n_timesteps": 512},
+    "sac": {**tiny.SAC, "n_envs": 8, "n_timesteps": 512},
 }
 ALGORITHMS = {"ppo": PPO, "sac": SAC}
 METHODS = [(PPO, "learn"), (PPO, "train"), (SAC, "learn"), (SAC, "train"), (SAC, "predict")]
