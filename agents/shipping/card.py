@@ -28,6 +28,9 @@ from drillrig_env.files import write_text
 COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
 
+_COUNTED = {"rigs": "rigs", "not mitigated": "failed", "of these calm, off the target": "calm"}
+"""What the card counts by hardness, and what `seeds.json` calls it."""
+
 EXAMPLE = """\
 from drillrig_env.policy import load
 
@@ -143,8 +146,16 @@ def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
 def _failures(seeds: Mapping[str, Any]) -> str:
     held = seeds["endurance"]
     shares = [["mitigated", *(f"{share:.3f}" for share in held.values())]]
+    counts = seeds["failures"]
+    total = {name: sum(count[name] for count in counts.values()) for name in ("rigs", "failed", "calm")}
+    rows = [[what, *(str(count[name]) for count in counts.values())] for what, name in _COUNTED.items()]
     return (
         f"## Where it fails\n\nAll seeds together: {seeds['fails']}\n\n"
+        f"Of {total['rigs']:,} rigs, the suite `default` and those that follow it, the shipped seed does not mitigate "
+        f"{total['failed']:,}, of which {total['calm']:,} are calm but off the target. By hardness:\n\n"
+        f"{markdown.table(['', *counts], rows)}\n\n"
+        "Every one of them is in [`failures.csv`](failures.csv), with its friction, target and scores, the hardest "
+        "first.\n\n"
         "The suites' episodes last 60 s. The shipped seed, left to itself for longer, holds this share of rigs calm at "
         "the target:\n\n"
         f"{markdown.table(['after', *(f'{time} s' for time in held)], shares)}\n\n"

@@ -6,9 +6,9 @@
 
 All seeds face all suites. The median seed is that of median mitigated share in the suite `default`, lower
 costs counting as better among equals (of an even number of seeds, the worse of the middle two). Its
-config, model and evaluations go into agents/trained/NAME, beside the card (`agents.shipping.card`) and `seeds.json`,
+config, model and evaluations go into agents/trained/NAME, beside the card (`agents.shipping.card`), `seeds.json`,
 which holds every seed's scores, learning curve and training time, and how long the shipped one holds what
-it reached (`agents.endurance`).
+it reached (`agents.endurance`), and `failures.csv` (`agents.shipping.failures`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from agents.policy.run_folder import (
     load_policy,
     read_config,
 )
-from agents.shipping.card import write_card
+from agents.shipping.failures import write_failures
 from agents.training.progress import read_progress
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -57,6 +57,8 @@ from drillrig_env.progress import Progress
 
 COMMAND = "python -m agents.shipping.ship"
 _WAYS_OUT = "--results names another folder; where this one is removed, the evaluation begins again"
+
+_FAILURES = 10  # times as many rigs as a suite has, that the shipped seed's failures are looked for in
 
 LEAST_SEEDS = 5
 """Fewer training seeds say too little about an algorithm."""
@@ -125,7 +127,7 @@ def ship(
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
     }
     write_text(target / SEEDS, json_text(content, indent=1))
-    write_card(name, trained)
+    write_failures(name, _FAILURES * rigs, trained)
     return target
 
 
