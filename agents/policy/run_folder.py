@@ -5,6 +5,7 @@
 | `config.json` | command, algorithm, hyperparameters, environment, seed, versions: enough to train it again |
 | `model.zip` | the agent at the end of training: the one that is evaluated and shipped |
 | `best_model.zip` | the agent that did best in the evaluations during training |
+| `first_model.zip` | the agent before its first step by trial, where one is held near it (`anchor`) |
 | `evaluations.npz` | these evaluations: `timesteps` (k,); `results`, `mitigated`, `ep_lengths`, each (k, rigs) |
 | `checkpoint.npz` | where an unfinished training goes on; gone when it is finished |
 | `progress.json` | how far the training is, and how long it took |
@@ -24,7 +25,7 @@ from agents.policy.weights import load_weights, saved_steps
 from drillrig_env.files import read_json, write_text
 from drillrig_env.parameters import closest
 
-MODEL, BEST_MODEL, CONFIG = "model.zip", "best_model.zip", "config.json"
+MODEL, BEST_MODEL, FIRST_MODEL, CONFIG = "model.zip", "best_model.zip", "first_model.zip", "config.json"
 EVALUATIONS, CHECKPOINT, PROGRESS = "evaluations.npz", "checkpoint.npz", "progress.json"
 SEEDS = "seeds.json"
 TRAINED = Path(__file__).parents[1] / "trained"

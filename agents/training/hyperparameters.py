@@ -24,8 +24,11 @@ ALGORITHMS = ("ppo", "sac", "ppo_lstm")
 HYPERPARAMETER_FILES = Path(__file__).parents[1] / "hyperparams"
 """The folder with one file for each algorithm, `<algorithm>.yml`, with a section for each environment."""
 
-_OURS = ("n_envs", "n_timesteps", "env_kwargs", "frame_stack", "imitation", "critic_iterations", "staggered")
-"""What training itself uses, and not the algorithm. The last three are this project's own; rl-zoo3 has the others."""
+_OURS = (
+    *("n_envs", "n_timesteps", "env_kwargs", "frame_stack"),
+    *("imitation", "critic_iterations", "staggered", "anchor"),
+)
+"""What training itself uses, and not the algorithm. The second row is this project's own; rl-zoo3 has the first."""
 
 _FIXED = ("self", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model", "device")
 _SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
@@ -41,6 +44,7 @@ _KINDS: dict[str, Kind] = {
     ),
     **dict.fromkeys(("learning_starts", "critic_iterations"), Allowed(low=0, whole=True)),
     "vf_coef": NOT_NEGATIVE,
+    "anchor": NOT_NEGATIVE,
     "ent_coef": NOT_NEGATIVE,
 }
 """What the hyperparameters may be that are numbers or switches; None where the algorithm has it as default."""

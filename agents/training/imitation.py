@@ -87,7 +87,7 @@ def imitate(
             if falling:
                 optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
             rows = torch.from_numpy(random.integers(len(labels), size=how.batch))
-            cost = _cost(actor.mean(observations[rows]), labels[rows])
+            cost = imitation_cost(actor.mean(observations[rows]), labels[rows])
             optimiser.zero_grad()
             cost.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
@@ -173,7 +173,7 @@ def actor_of(model: BaseAlgorithm) -> Actor:
     raise ValueError(f"{type(model).__name__} cannot imitate; allowed: PPO, SAC")
 
 
-def _cost(given: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:
+def imitation_cost(given: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:
     """Huber's cost of actions; none where the wanted one is at its limit and the given one beyond it."""
     beyond = (wanted >= 1.0) & (given > 1.0) | (wanted <= -1.0) & (given < -1.0)
     return torch.nn.functional.huber_loss(torch.where(beyond, wanted, given), wanted, delta=_HUBER)

@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents.policy.environment import environment_arguments, make_environment
 from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new_run, read_config, write_config
+from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
 from agents.training.fine_tuning import take_weights
@@ -117,6 +118,8 @@ def _learn(
     shown = ShowProgress(folder, total, evaluate, progress)
     warm_up = WarmUp(chosen.get("critic_iterations", 0), chosen.get("staggered", False))
     callbacks: list[BaseCallback] = [shown, *([evaluate] if evaluate else []), checkpoint, warm_up]
+    if chosen.get("anchor"):
+        callbacks.append(Anchor(folder, config, chosen["anchor"]))
     try:
         with checkpoint:
             if chosen.get("imitation") and not begun:

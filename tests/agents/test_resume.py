@@ -84,10 +84,12 @@ def assert_same_agent(folder, other):
     [
         ("ppo", PPO, {}),
         ("ppo", {**PPO, "frame_stack": 3}, {"sensors": "surface", "delay": [1, 3]}),
+        ("ppo", {**PPO, "anchor": 1.0}, {}),
         ("sac", SAC, {}),
+        ("sac", {**SAC, "anchor": 1.0}, {}),
         ("ppo_lstm", LSTM, {}),
     ],
-    ids=["ppo", "ppo, frames, noise and delay", "sac", "ppo_lstm"],
+    ids=["ppo", "ppo, frames, noise and delay", "ppo, anchored", "sac", "sac, anchored", "ppo_lstm"],
 )
 def test_cut_and_resumed_ends_bit_for_bit_like_uncut(algorithm, hyperparams, env_kwargs, tmp_path, monkeypatch):
     if algorithm == "ppo_lstm":
