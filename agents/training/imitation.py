@@ -25,7 +25,7 @@ from drillrig_env.allowed import COUNT, POSITIVE, SHARE, Allowed, Switch, Text
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import observe_episodes, scratch
 from drillrig_env.env.sensors import SENSORS
-from drillrig_env.parameters import check_fields, parameter
+from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.policy import make_policy
 from drillrig_env.toml import record_of
 
@@ -39,6 +39,9 @@ class Imitation:
     teacher: str = parameter("lqg", meaning="policy that is imitated", allowed=Text("the name of a policy"))
     privileged: bool = parameter(
         False, meaning="show the teacher the exact state at once, whatever the student sees", allowed=Switch()
+    )
+    told_delay: bool = parameter(
+        False, meaning="tell the teacher how late each rig's measurements come, if it takes a `delay`", allowed=Switch()
     )
     rounds: int = parameter(8, meaning="rounds of one episode in every rig", allowed=COUNT)
     first_share: float = parameter(0.6, meaning="of the rigs that the student plays in the second round", allowed=SHARE)
@@ -55,6 +58,8 @@ class Imitation:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.privileged and self.told_delay:
+            raise refuse("Imitation", "told_delay", True, "", "False for a privileged teacher, who sees all at once")
 
     @classmethod
     def of(cls, given: Mapping[str, object]) -> Imitation:
@@ -70,9 +75,7 @@ def imitate(
     Draws follow from `seed`. `told` is called with the steps so far, several times a second; what it raises ends it.
     """
     core = batch_of(env).core
-    exact = Exact(core) if how.privileged else None
-    sensors = exact.sensors if exact else core.sensors
-    teacher = make_policy(how.teacher, sensors=sensors, rig=core.rig, slew_limit=core.slew_limit)
+    teacher = Teacher(how, core)
     random = np.random.default_rng(seed)
     actor = actor_of(model)
     optimiser = torch.optim.Adam(actor.parameters, lr=how.learning_rate)
@@ -95,20 +98,44 @@ def imitate(
     for number in range(how.rounds):
         share = how.first_share + (how.last_share - how.first_share) * (number - 1) / max(1, how.rounds - 2)
         student = random.random(env.num_envs) < (share if number else 0.0)
-        observation, memory, starts = env.reset(), None, np.ones(env.num_envs, dtype=np.bool_)
+        observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
         for _ in range(core.steps):
             told(len(seen) * env.num_envs)
             assert isinstance(observation, np.ndarray)
-            shown = exact.observe() if exact else observation[:, -channels:]
-            wanted, memory = teacher.predict(shown, memory, starts, deterministic=True)
+            wanted = teacher.actions(observation[:, -channels:], starts)
             with torch.no_grad():
                 own = actor.mean(torch.from_numpy(observation)).numpy().clip(-1.0, 1.0)
             seen.append(observation.copy())
-            said.append(np.asarray(wanted, dtype=np.float32))
+            said.append(wanted)
             observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
         fit(how.updates, falling=False)
     fit(how.last_updates, falling=True)
     actor.explore(how.log_std)
+
+
+class Teacher:
+    """The controller that is imitated, beside the rigs of a batch: it remembers what it has seen of their episodes."""
+
+    def __init__(self, how: Imitation, core: EpisodeBatch) -> None:
+        self.core = core
+        self.exact = Exact(core) if how.privileged else None
+        shown = self.exact.sensors if self.exact else core.sensors
+        context: dict[str, Any] = {"sensors": shown, "rig": core.rig, "slew_limit": core.slew_limit}
+        first, last = core.task.delays
+        told: list[dict[str, int]] = [{"delay": delay} for delay in range(first, last + 1)] if how.told_delay else [{}]
+        self._delays = [one.get("delay") for one in told]
+        self._policies = [make_policy(how.teacher, **context, **one) for one in told]
+        self._memories: list[Any] = [None] * len(told)
+
+    def actions(self, observations: npt.NDArray[np.float32], starts: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
+        """What it would do, shape (n, 1), given observations (n, channels) and where an episode has begun, (n,)."""
+        shown = self.exact.observe() if self.exact else observations
+        wanted = np.empty((len(shown), 1), dtype=np.float32)
+        for k, (policy, delay) in enumerate(zip(self._policies, self._delays, strict=True)):
+            found, self._memories[k] = policy.predict(shown, self._memories[k], starts, deterministic=True)
+            rows = slice(None) if delay is None else self.core.episodes["delay"] == delay
+            wanted[rows] = found[rows]
+        return wanted
 
 
 class Exact:

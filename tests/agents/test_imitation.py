@@ -7,7 +7,7 @@ from stable_baselines3 import PPO, SAC
 
 from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import load_policy
-from agents.training.imitation import Exact, Imitation, actor_of, imitate
+from agents.training.imitation import Exact, Imitation, Teacher, actor_of, imitate
 from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from agents.training.warm_up import stagger
@@ -104,6 +104,36 @@ def test_a_privileged_teacher_sees_what_the_student_does_not():
 def test_impossible_imitations_are_refused(fields, words):
     with pytest.raises(ValueError, match=words):
         Imitation(**fields)
+
+
+LATE = """
+import numpy as np
+
+
+class Late:
+    def __init__(self, delay=0):
+        self.delay = delay
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return np.full((len(observation), 1), 0.1 * self.delay, np.float32), None
+"""
+
+
+def test_a_teacher_that_is_told_the_delay_gets_each_rig_s_own(tmp_path):
+    (tmp_path / "late.py").write_text(LATE)
+    env = make_environment("DrillRig-v0", 40, 0, {"sensors": "surface", "delay": [1, 3], **SHORT})
+    observation = env.reset()
+    core, starts = batch_of(env).core, np.ones(40, dtype=bool)
+    teacher = Teacher(Imitation(f"{tmp_path / 'late.py'}:Late", told_delay=True), core)
+    assert set(core.episodes["delay"]) == {1, 2, 3}
+    np.testing.assert_allclose(teacher.actions(observation, starts)[:, 0], 0.1 * core.episodes["delay"], rtol=1e-6)
+    plain = Teacher(Imitation(f"{tmp_path / 'late.py'}:Late"), core)
+    np.testing.assert_array_equal(plain.actions(observation, starts), 0.0)
+
+
+def test_a_privileged_teacher_sees_nothing_late():
+    with pytest.raises(ValueError, match=r"told_delay = True.*sees all at once"):
+        Imitation(privileged=True, told_delay=True)
 
 
 def test_an_unknown_field_of_an_imitation_is_named_with_the_closest_one():
