@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from agents.beside_lqg import results_with_both, section
 from agents.pictures.learning import learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
@@ -26,6 +27,7 @@ from drillrig_env import markdown
 from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
+from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
 from drillrig_env.files import check_writable, write_text
@@ -126,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     from agents.pictures import draw_all
 
-    draw_all(AGENT, chosen.docs / "images" / "agents")
+    draw_all(AGENT, chosen.docs / "images" / "agents", results=_beside_lqg(chosen.docs))
     write_text(path, text)
     print(path.resolve())
 
@@ -138,7 +140,8 @@ def page(docs: Path, trained: Path = TRAINED) -> str:
         raise ValueError(
             f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.shipping.ship"
         )
-    parts = [_shipped(found, trained, docs), _learning(found), _behaviour(docs), _choices(docs)]
+    parts = [_shipped(found, trained, docs), _learning(found), _behaviour(docs)]
+    parts += [section(_beside_lqg(docs, trained)), _choices(docs)]
     parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
     return "\n".join(part for part in parts if part)
 
@@ -237,6 +240,13 @@ def _behaviour(docs: Path) -> str:
             seen,
         ]
     )
+
+
+def _beside_lqg(docs: Path, trained: Path = TRAINED) -> dict[str, Results]:
+    """The stored results of every agent for the rig's own drive, where they hold LQG too."""
+    configs = {path.name: read_config(path) for path in sorted(trained.glob("*")) if read_seeds(path) is not None}
+    plain = {name: config for name, config in configs.items() if not config["env_kwargs"].get("drive")}
+    return results_with_both(docs, {name: config["env_id"] for name, config in plain.items()})
 
 
 def _choices(docs: Path) -> str:
