@@ -70,7 +70,7 @@ def test_who_listens_changes_nothing_and_says_what_it_would_do():
     said = np.array(listening.said)
     assert said.shape == (600, 2)
     assert np.abs(said[:, 0]).max() == 1.0
-    np.testing.assert_array_equal(said[:, 1], 0.0)
+    assert np.mean(said[:, 0] == said[:, 1]) < 0.1
     both = Listening(Constant(), LQG())
     run(both, alone)
     assert np.ptp(np.array(both.said)[:, 1]) > 0.5  # it remembers: the rig shakes on under its eyes
