@@ -22,7 +22,8 @@ from drillrig_env.stability.hurwitz import (
     is_stable,
     minor_polynomials,
 )
-from drillrig_env.stability.limit_cycle import NoOrbitError, PeriodicOrbit, slipping_orbit, stick_slip_orbit
+from drillrig_env.stability.limit_cycle import NoOrbitError, slipping_orbit, stick_slip_orbit
+from drillrig_env.stability.orbit import PeriodicOrbit
 
 __all__ = [
     "Branch",

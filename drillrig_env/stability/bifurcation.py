@@ -24,13 +24,8 @@ from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
-from drillrig_env.stability.limit_cycle import (
-    SIGNALS,
-    NoOrbitError,
-    PeriodicOrbit,
-    slipping_orbit_of_depth,
-    stick_slip_orbit,
-)
+from drillrig_env.stability.limit_cycle import NoOrbitError, slipping_orbit_of_depth, stick_slip_orbit
+from drillrig_env.stability.orbit import SIGNALS, PeriodicOrbit
 
 ORBIT = np.dtype(
     [
@@ -136,7 +131,7 @@ def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
     for speed in speeds:
         guess = orbits[-1].state + (speed - orbits[-1].speed_reference) * np.eye(7)[2] if orbits else None
         try:
-            orbits.append(_from_guess(rig, friction, float(speed), guess))
+            orbits.append(stick_slip_orbit(rig, friction, float(speed), guess))
         except NoOrbitError as error:
             ends = f"{error}"
             break
@@ -185,7 +180,7 @@ def force_diagram(
     sticking = [stick_slip_orbit(rig, friction, speed_reference)]
     for force in _towards(largest, float(forces[-1]), points)[1:]:
         guess = sticking[-1].state
-        sticking.append(_from_guess(rig, replace(friction, normal_force=float(force)), speed_reference, guess))
+        sticking.append(stick_slip_orbit(rig, replace(friction, normal_force=float(force)), speed_reference, guess))
     p1 = Branch("p1", _records(sticking), "the largest normal force asked for", "the fold: p2 begins")
     return p1, p2
 
@@ -205,16 +200,6 @@ def _towards(first: float, border: float, points: int) -> FloatArray:
     """Values from `first` to just short of `border`, closer together near it."""
     share = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, points))
     return first + (border - first) * (1.0 - _SHORT_OF_THE_FOLD) * share
-
-
-def _from_guess(rig: Rig, friction: Friction, speed: float, guess: FloatArray | None) -> PeriodicOrbit:
-    """The orbit p1 from its neighbour, or from a wound-up rig where that leads nowhere."""
-    if guess is not None:
-        try:
-            return stick_slip_orbit(rig, friction, speed, guess)
-        except NoOrbitError:
-            pass
-    return stick_slip_orbit(rig, friction, speed)
 
 
 def _records(orbits: Iterable[PeriodicOrbit]) -> npt.NDArray[np.void]:

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
-import numpy.typing as npt
 from scipy.optimize import brentq
 
 from drillrig_env.arrays import FloatArray
@@ -16,68 +12,18 @@ from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.hurwitz import critical_speed
-from drillrig_env.stability.return_map import flow, next_crossings
-from drillrig_env.stepper.batch import advance_batch
-
-SIGNALS = ("bit_speed", "collar_speed", "top_speed", "current")
-"""The states whose extremes an orbit reports, columns 2 to 5 of the state."""
+from drillrig_env.stability.orbit import PeriodicOrbit, describe_orbit, difference_step
+from drillrig_env.stability.return_map import next_crossings
 
 _FREE = [0, 1, 3, 4, 5, 6]  # the states that vary on the section x_3 = omega_ref
-_SAMPLE_PERIOD = 1e-3  # s, for extremes: a peak is met within 1e-5 rad/s
-_SETTLING_RETURNS = 12
-_NEWTON_LIMIT = 15
+_SETTLING_RETURNS = (12, 120)  # of a wound-up rig before Newton's method; the second where the first leads nowhere
+_NEWTON_LIMIT = 30
 _CLOSED = 1e-7
 """An orbit counts as closed when it returns within this (in every state's own unit)."""
-
-_DIFFERENCE = {"p1": 1e-4, "p2": 1e-6}
-"""Steps of finite differences, for speed references of 1 rad/s and more; in proportion below. p1 meets
-kinks, each with an error near 1e-8; p2 is smooth but near the fold must not be pushed into the stick zone."""
 
 
 class NoOrbitError(ValueError):
     """There is no such periodic orbit; the message says why and where there is one."""
-
-
-@dataclass(frozen=True, eq=False)
-class PeriodicOrbit:
-    """A periodic orbit of a rig at a speed reference (rad/s).
-
-    `state` is its point on the section x_3 = omega_ref, with the bit speeding up. `lowest` and
-    `highest` hold the extremes of SIGNALS (rad/s, A), `stuck` the share of the period within the
-    stick zone, `multipliers` the 7 Floquet multipliers, largest first, one of which is 1.
-    """
-
-    rig: Rig
-    friction: Friction
-    branch: Literal["p1", "p2"]
-    speed_reference: float
-    period: float  # s
-    state: FloatArray
-    lowest: FloatArray
-    highest: FloatArray
-    stuck: float
-    multipliers: npt.NDArray[np.complex128]
-
-    @property
-    def stable(self) -> bool:
-        """Whether every multiplier but the trivial one lies inside the unit circle."""
-        trivial = int(np.argmin(np.abs(self.multipliers - 1.0)))
-        return bool(np.all(np.abs(np.delete(self.multipliers, trivial)) < 1.0))
-
-    def trajectory(self, samples: int = 400) -> tuple[FloatArray, FloatArray]:
-        """Times (s) over one period and the states there, shapes (samples + 1,) and (samples + 1, 7)."""
-        step = self.period / samples
-        parts = int(np.ceil(step / 0.05))
-        states = advance_batch(
-            self.rig,
-            self.friction,
-            self.state[None],
-            self.speed_reference,
-            period=step / parts,
-            periods=samples * parts,
-            every=parts,
-        )
-        return step * np.arange(samples + 1, dtype=float), np.concatenate([self.state[None], states[0]])
 
 
 def stick_slip_orbit(
@@ -85,30 +31,49 @@ def stick_slip_orbit(
 ) -> PeriodicOrbit:
     """The stick-slip orbit p1, by shooting on the fast stepper; `guess` is a state near its section point.
 
+    Where the guess leads nowhere, a wound-up rig finds the orbit, as it does without a guess.
+
     Raises `NoOrbitError` where the rig does not stick and slip, `ValueError` for a speed reference
     that is not positive.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)
-    x = wound_up(rig, friction, speed_reference).reshape(1, 7) if guess is None else np.array(guess, dtype=float)[None]
-    for _ in range(1 if guess is not None else _SETTLING_RETURNS):
-        x, times = next_crossings(rig, friction, speed_reference, x)
-        if np.isnan(times[0]):
-            raise _no_stick_slip(rig, friction, speed_reference)
-    for _ in range(_NEWTON_LIMIT):
-        image, times = next_crossings(rig, friction, speed_reference, x)
-        gap = (image - x)[0, _FREE]
-        if np.isnan(times[0]):
-            raise _no_stick_slip(rig, friction, speed_reference)
-        if np.abs(gap).max() < _CLOSED:
-            break
-        x[0, _FREE] += np.linalg.solve(np.eye(6) - _return_slopes(rig, friction, speed_reference, x[0]), gap)
-    else:
-        raise _no_stick_slip(rig, friction, speed_reference)
-    orbit = _describe(rig, friction, "p1", speed_reference, float(times[0]), x[0])
-    if orbit.stuck == 0.0:
+    orbit = None if guess is None else _shoot(rig, friction, speed_reference, np.array(guess, dtype=float)[None], 1)
+    for settling in _SETTLING_RETURNS:
+        if orbit is None:
+            wound = wound_up(rig, friction, speed_reference).reshape(1, 7)
+            orbit = _shoot(rig, friction, speed_reference, wound, settling)
+    if orbit is None:
         raise _no_stick_slip(rig, friction, speed_reference)
     return orbit
+
+
+def _shoot(rig: Rig, friction: Friction, speed_reference: float, x: FloatArray, settling: int) -> PeriodicOrbit | None:
+    """The orbit p1 from a state (1, 7), by Newton's method after some returns; None where that leads to none.
+
+    A step that does not bring the return closer is left out, and the rig returns by itself instead: p1 attracts, and
+    near the fold it does so from further away than Newton's method finds it.
+    """
+    for _ in range(settling):
+        x, times = next_crossings(rig, friction, speed_reference, x)
+        if np.isnan(times[0]):
+            return None
+    image, times = next_crossings(rig, friction, speed_reference, x)
+    for _ in range(_NEWTON_LIMIT):
+        if np.isnan(times[0]):
+            return None
+        gap = (image - x)[0, _FREE]
+        if np.abs(gap).max() < _CLOSED:
+            orbit = describe_orbit(rig, friction, "p1", speed_reference, float(times[0]), x[0])
+            return orbit if orbit.stuck > 0.0 else None
+        tried = x.copy()
+        tried[0, _FREE] += np.linalg.solve(np.eye(6) - _return_slopes(rig, friction, speed_reference, x[0]), gap)
+        returned, times = next_crossings(rig, friction, speed_reference, tried)
+        if np.isnan(times[0]) or not np.abs(returned - tried)[0, _FREE].max() < np.abs(gap).max():
+            tried = image
+            returned, times = next_crossings(rig, friction, speed_reference, tried)
+        x, image = tried, returned
+    return None
 
 
 def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float) -> PeriodicOrbit:
@@ -149,43 +114,12 @@ def slipping_orbit_of_depth(rig: Rig, friction: Friction, depth: float) -> Perio
     rest = np.linalg.solve(jacobian(rig), -friction_input(rig) * kinetic)
     lowest = frictionless_state(rig, speed_reference) + rest + states[0]
     state, _ = next_crossings(rig, friction, speed_reference, lowest[None])
-    return _describe(rig, friction, "p2", speed_reference, 2 * np.pi / frequency, state[0])
-
-
-def _describe(
-    rig: Rig, friction: Friction, branch: Literal["p1", "p2"], speed_reference: float, period: float, state: FloatArray
-) -> PeriodicOrbit:
-    samples = advance_batch(
-        rig, friction, state[None], speed_reference, period=_SAMPLE_PERIOD, periods=int(period / _SAMPLE_PERIOD)
-    )[0]
-    return PeriodicOrbit(
-        rig,
-        friction,
-        branch,
-        speed_reference,
-        period,
-        state,
-        lowest=samples[:, 2:6].min(axis=0),
-        highest=samples[:, 2:6].max(axis=0),
-        stuck=float(np.mean(np.abs(samples[:, 2]) < rig.omega_s)),
-        multipliers=_multipliers(rig, friction, branch, speed_reference, state, period),
-    )
-
-
-def _multipliers(
-    rig: Rig, friction: Friction, branch: str, speed_reference: float, state: FloatArray, period: float
-) -> npt.NDArray[np.complex128]:
-    """Eigenvalues of the flow's derivative over one period, by central differences; largest first."""
-    size = _DIFFERENCE[branch] * min(1.0, speed_reference)
-    steps = size * np.eye(7)
-    ends = flow(rig, friction, speed_reference, np.concatenate([state + steps, state - steps]), period)
-    values = np.linalg.eigvals((ends[:7] - ends[7:]).T / (2 * size)).astype(complex)
-    return values[np.argsort(-np.abs(values))]
+    return describe_orbit(rig, friction, "p2", speed_reference, 2 * np.pi / frequency, state[0])
 
 
 def _return_slopes(rig: Rig, friction: Friction, speed_reference: float, state: FloatArray) -> FloatArray:
     """Derivative of the return map on the section, by central differences; shape (6, 6)."""
-    size = _DIFFERENCE["p1"] * min(1.0, speed_reference)
+    size = difference_step(rig, friction, "p1", speed_reference)
     steps = size * np.eye(7)[_FREE]
     ends, _ = next_crossings(rig, friction, speed_reference, np.concatenate([state + steps, state - steps]))
     return np.asarray((ends[:6] - ends[6:])[:, _FREE].T / (2 * size))

@@ -66,6 +66,7 @@ _BESIDE = {
     "drillrig_env/env/vector.py": ("tests/env/test_forms.py",),
     "drillrig_env/stability/bifurcation.py": ("tests/stability/test_orbits.py",),
     "drillrig_env/stability/limit_cycle.py": ("tests/stability/test_orbits.py",),
+    "drillrig_env/stability/orbit.py": ("tests/stability/test_limit_cycle.py",),
     "drillrig_env/stepper/tables.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/stepper/collocation.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/stepper/kinks.py": ("tests/stepper/test_propagator.py",),

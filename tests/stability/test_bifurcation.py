@@ -8,7 +8,7 @@ import pytest
 from drillrig_env import Friction, Rig
 from drillrig_env.stability import NoOrbitError, bifurcation_diagram, fold_speed, force_diagram, stick_slip_orbit
 from drillrig_env.stability.bifurcation import slipping_branch, sticking_branch
-from drillrig_env.stability.limit_cycle import PeriodicOrbit
+from drillrig_env.stability.orbit import PeriodicOrbit
 from drillrig_env.stability.vibration_map import load_step_margin, simulated_map
 
 RIG = Rig()
@@ -120,7 +120,9 @@ def test_impossible_diagrams_are_refused(arguments, words):
 
 def test_two_points_are_the_fewest():
     diagram = bifurcation_diagram(RIG, Friction(10.0), points=2, speeds=(1.0, 4.0))
-    assert diagram.p1.points["speed_reference"][0] == 1.0
+    fold = fold_speed(RIG, Friction(10.0))
+    assert diagram.p1.points["speed_reference"].tolist() == pytest.approx([1.0, fold], abs=2e-4)
+    assert diagram.p1.ends.startswith("the fold")
     assert len(diagram.p2.points) == 2
     assert len(diagram.equilibria) == 5  # H2 among them
 

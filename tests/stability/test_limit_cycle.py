@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig
+from drillrig_env.model import steady_state
 from drillrig_env.stability import critical_speed, fold_speed, slipping_orbit, stick_slip_orbit
 from drillrig_env.stability.limit_cycle import NoOrbitError
-from drillrig_env.stability.return_map import flow
+from drillrig_env.stability.return_map import flow, next_crossings
 
 RIG = Rig()
 STICKING = stick_slip_orbit(RIG, Friction(20.0), 2.0)
@@ -64,6 +65,43 @@ def test_guess_leads_to_the_same_orbit_in_any_state_near_it():
     again = stick_slip_orbit(RIG, Friction(20.0), 2.0, STICKING.state + 1e-3)
     assert again.period == pytest.approx(STICKING.period, abs=1e-6)
     np.testing.assert_allclose(again.state, STICKING.state, atol=1e-5)
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize(
+    ("rig", "friction"),
+    [
+        (RIG, Friction(10.0)),
+        (RIG, Friction(27.8, mu_s=0.593, mu_k=0.344, v_b=1.08)),
+        (Rig(J_1=0.021, J_2=0.0237, k_1=1.51, d_1=0.0276), Friction(27.8, mu_s=0.399, mu_k=0.297, v_b=1.17)),
+    ],
+)
+def test_the_orbit_is_found_and_measured_just_below_the_fold(rig, friction, share):
+    speed = fold_speed(rig, friction) * (1.0 - share)
+    orbit = stick_slip_orbit(rig, friction, speed)
+    assert orbit.lowest[0] < rig.omega_s + 1e-5
+    assert 0.0 < orbit.stuck < 0.007
+    assert orbit.stable
+    assert abs(orbit.multipliers[0] - 1.0) < 1e-4  # the trivial one: no step of the differences left the stick zone
+    states = np.array([orbit.state])
+    for _ in range(20):
+        states, times = next_crossings(rig, friction, speed, states)
+    np.testing.assert_allclose(states[0], orbit.state, atol=1e-5)
+    assert times[0] == pytest.approx(orbit.period, abs=1e-6)
+
+
+def test_above_the_fold_there_is_none():
+    fold = fold_speed(RIG, Friction(10.0))
+    with pytest.raises(NoOrbitError, match="it does below the fold"):
+        stick_slip_orbit(RIG, Friction(10.0), fold + 1e-4)
+
+
+def test_a_guess_that_leads_nowhere_does_no_harm():
+    fold = fold_speed(RIG, Friction(10.0))
+    orbit = stick_slip_orbit(RIG, Friction(10.0), 0.97 * fold)
+    calm = steady_state(RIG, Friction(10.0), 0.97 * fold)
+    again = stick_slip_orbit(RIG, Friction(10.0), 0.97 * fold, calm + 1e-4)
+    assert again.period == pytest.approx(orbit.period, abs=1e-6)
 
 
 def test_slipping_orbit_exists_up_to_the_fold_and_not_at_the_critical_speed():

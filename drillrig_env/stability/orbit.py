@@ -1,0 +1,128 @@
+"""A periodic orbit as a record, and what is measured of it on the fast stepper: extremes, stick phase, multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
+from drillrig_env.rig import Rig
+from drillrig_env.stability.fold import fold_speed
+from drillrig_env.stability.return_map import flow
+from drillrig_env.stepper.batch import advance_batch
+
+SIGNALS = ("bit_speed", "collar_speed", "top_speed", "current")
+"""The states whose extremes an orbit reports, columns 2 to 5 of the state."""
+
+_SAMPLE_PERIOD = 1e-3  # s, for extremes: a peak is met within 1e-5 rad/s
+_FINE = 100  # times as many samples around the lowest bit speed, where none of the others is in the stick zone
+
+_DIFFERENCE = {"p1": 1e-4, "p2": 1e-6}
+"""Steps of finite differences, for speed references of 1 rad/s and more; in proportion below. p1 meets
+kinks, each with an error near 1e-8; p2 is smooth but near the fold must not be pushed into the stick zone."""
+
+_NEAR_THE_FOLD = 0.03
+_LEAST_DIFFERENCE = 1e-7
+"""Near the fold p1 must not be pushed past the edge of sticking: its steps are at most this share of the distance to
+the fold (rad/s), and at least this."""
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicOrbit:
+    """A periodic orbit of a rig at a speed reference (rad/s).
+
+    `state` is its point on the section x_3 = omega_ref, with the bit speeding up. `lowest` and
+    `highest` hold the extremes of SIGNALS (rad/s, A), `stuck` the share of the period within the
+    stick zone, `multipliers` the 7 Floquet multipliers, largest first, one of which is 1.
+    """
+
+    rig: Rig
+    friction: Friction
+    branch: Literal["p1", "p2"]
+    speed_reference: float
+    period: float  # s
+    state: FloatArray
+    lowest: FloatArray
+    highest: FloatArray
+    stuck: float
+    multipliers: npt.NDArray[np.complex128]
+
+    @property
+    def stable(self) -> bool:
+        """Whether every multiplier but the trivial one lies inside the unit circle."""
+        trivial = int(np.argmin(np.abs(self.multipliers - 1.0)))
+        return bool(np.all(np.abs(np.delete(self.multipliers, trivial)) < 1.0))
+
+    def trajectory(self, samples: int = 400) -> tuple[FloatArray, FloatArray]:
+        """Times (s) over one period and the states there, shapes (samples + 1,) and (samples + 1, 7)."""
+        step = self.period / samples
+        parts = int(np.ceil(step / 0.05))
+        states = advance_batch(
+            self.rig,
+            self.friction,
+            self.state[None],
+            self.speed_reference,
+            period=step / parts,
+            periods=samples * parts,
+            every=parts,
+        )
+        return step * np.arange(samples + 1, dtype=float), np.concatenate([self.state[None], states[0]])
+
+
+def describe_orbit(
+    rig: Rig, friction: Friction, branch: Literal["p1", "p2"], speed_reference: float, period: float, state: FloatArray
+) -> PeriodicOrbit:
+    """The orbit through a `state` on the section, of which the period (s) is known."""
+    samples = _samples(rig, friction, speed_reference, state, _SAMPLE_PERIOD, int(period / _SAMPLE_PERIOD))
+    stuck = float(np.mean(np.abs(samples[:, 2]) < rig.omega_s))
+    if branch == "p1" and stuck == 0.0:
+        before = samples[max(int(np.argmin(samples[:, 2])) - 1, 0)]
+        closely = _samples(rig, friction, speed_reference, before, _SAMPLE_PERIOD / _FINE, 2 * _FINE)
+        stuck = float(np.mean(np.abs(closely[:, 2]) < rig.omega_s)) * 2 * _SAMPLE_PERIOD / period
+    return PeriodicOrbit(
+        rig,
+        friction,
+        branch,
+        speed_reference,
+        period,
+        state,
+        lowest=samples[:, 2:6].min(axis=0),
+        highest=samples[:, 2:6].max(axis=0),
+        stuck=stuck,
+        multipliers=_multipliers(rig, friction, branch, speed_reference, state, period),
+    )
+
+
+def difference_step(rig: Rig, friction: Friction, branch: str, speed_reference: float) -> float:
+    """The step of finite differences at a speed reference (rad/s), in every state's own unit."""
+    size = _DIFFERENCE[branch] * min(1.0, speed_reference)
+    if branch == "p2":
+        return size
+    try:
+        distance = abs(float(fold_speed(rig, friction)) - speed_reference)
+    except ValueError:  # a load beyond what can be followed: the fold is far away
+        return size
+    return float(np.fmin(size, max(_NEAR_THE_FOLD * distance, _LEAST_DIFFERENCE)))
+
+
+def _samples(
+    rig: Rig, friction: Friction, speed_reference: float, state: FloatArray, period: float, count: int
+) -> FloatArray:
+    """States of shape (count, 7) that follow a state, every `period` (s)."""
+    states = advance_batch(rig, friction, state[None], speed_reference, period=period, periods=count)
+    return np.asarray(states[0])
+
+
+def _multipliers(
+    rig: Rig, friction: Friction, branch: str, speed_reference: float, state: FloatArray, period: float
+) -> npt.NDArray[np.complex128]:
+    """Eigenvalues of the flow's derivative over one period, by central differences; largest first."""
+    size = difference_step(rig, friction, branch, speed_reference)
+    steps = size * np.eye(7)
+    ends = flow(rig, friction, speed_reference, np.concatenate([state + steps, state - steps]), period)
+    values = np.linalg.eigvals((ends[:7] - ends[7:]).T / (2 * size)).astype(complex)
+    return values[np.argsort(-np.abs(values))]
