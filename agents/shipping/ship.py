@@ -16,7 +16,7 @@ from __future__ import annotations
 import shlex
 import shutil
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -49,7 +49,7 @@ from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, suite
-from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
+from drillrig_env.evaluation.tables import MAIN, OTHERS, TABLES, all_estimates, estimates
 from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import find_policy
@@ -121,8 +121,8 @@ def ship(
         "rigs": {one: results.config["suites"][one]["rigs"] for one in results.scores},
         "shipped": int(shipped),
         "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
-        "pooled": {one: tables[name] for one, tables in results.estimates.items()},
-        "alone": {one: tables[name] for one, tables in all_estimates(alone, name).items()},
+        "pooled": {one: _shown(one, tables[name]) for one, tables in results.estimates.items()},
+        "alone": {one: _shown(one, tables[name]) for one, tables in all_estimates(alone, name).items()},
         "endurance": held,
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
     }
@@ -177,6 +177,11 @@ def _evaluate(
 def _of_seed(scores: Scores, seed: str) -> Scores:
     chosen = scores["seed"] == seed
     return {name: values[chosen] for name, values in scores.items()}
+
+
+def _shown(suite: str, tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Of an agent's tables in a suite those that its card shows: the headline, and of `default` all about its rigs."""
+    return {name: tables[name] for name in (TABLES if suite == "default" else ("main",))}
 
 
 def _seed(folder: Path, scores: Scores) -> dict[str, Any]:

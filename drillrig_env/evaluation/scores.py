@@ -33,8 +33,11 @@ SCORES = {
 REGIONS = ("below", "bistable", "above")
 """Where a target lies: below the critical speed, between it and the fold, above the fold."""
 
-HARDNESS_EDGES = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 20.0)
-"""Edges of the bins of the hardness q in which results are reported; q < 1 is above the critical speed."""
+HARDNESS_EDGES = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, np.inf)
+"""Edges of the bins of the hardness q in which results are reported; q < 1 is above the critical speed.
+
+Each bin holds its lower edge and not its upper one: together they hold every rig once.
+"""
 
 
 def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:

@@ -93,8 +93,14 @@ OTHERS = Table(
 )
 """The scores that the headline leaves out."""
 
+
+def _bin(low: float, high: float) -> str:
+    """The heading of a bin of hardness; the last one has no upper edge."""
+    return f"q {low:g}-{high:g}" if np.isfinite(high) else f"q ≥ {low:g}"
+
+
 HARDNESS = Table(
-    tuple(Column(f"q {low:g}-{high:g}", "mitigated", hardness=(low, high)) for low, high in pairwise(HARDNESS_EDGES)),
+    tuple(Column(_bin(low, high), "mitigated", hardness=(low, high)) for low, high in pairwise(HARDNESS_EDGES)),
     "mitigated by the rig's hardness q, the fall of its friction at the target over what the bare drive can bear; "
     "q < 1 is above ω_c",
 )

@@ -52,7 +52,11 @@ def test_all_seeds_are_told_of(trained):
         assert one["seconds"] > 0
         assert one["timesteps"] == [128, 256]
         assert len(one["mitigated"]) == 2
-    assert list(about["pooled"]) == ["default", "load"]
+    assert {name: list(tables) for name, tables in about["pooled"].items()} == {
+        "default": ["main", "hardness", "others"],
+        "load": ["main"],
+    }
+    assert sum(one["count"] for one in about["pooled"]["default"]["hardness"].values()) == 5 * 12
     assert about["pooled"]["default"]["main"]["calm"]["count"] == 5 * 12
     assert about["alone"]["default"]["main"]["calm"]["count"] == 12
     calm = [one["scores"]["calm"] for one in about["seeds"].values()]

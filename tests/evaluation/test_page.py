@@ -9,7 +9,7 @@ from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.page import COMMAND, PICTURES, draw_pictures, main, page, stored_results, take_in
 from drillrig_env.evaluation.store import read, save
 from drillrig_env.evaluation.suites import suite
-from drillrig_env.evaluation.tables import all_estimates
+from drillrig_env.evaluation.tables import HARDNESS, all_estimates, estimates, stored_row
 from tests.evaluation.conftest import compare
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -79,3 +79,13 @@ def test_the_projects_page_is_up_to_date():
             assert {name: one["value"] for name, one in found.items()} == pytest.approx(
                 {name: one["value"] for name, one in stored.items()}, nan_ok=True
             )
+
+
+@pytest.mark.skipif(not (DOCS / "results").is_dir(), reason="no results have been taken in")
+def test_the_projects_results_have_every_rig_in_a_bin_of_hardness():
+    for results in stored_results(DOCS).values():
+        for name, policies in results.scores.items():
+            for policy, scores in policies.items():
+                stored = stored_row(results.estimates[name][policy]["hardness"])
+                assert stored == estimates(scores, HARDNESS.columns)
+                assert sum(one.count for one in stored.values()) == len(scores["seed"])

@@ -44,13 +44,18 @@ def test_a_column_counts_the_rigs_of_its_region_or_bin():
 
 
 def test_bins_of_hardness_are_those_of_the_page():
-    assert " ".join(HARDNESS.headings) == "q 0-1 q 1-2 q 2-3 q 3-4 q 4-6 q 6-20"
+    assert " ".join(HARDNESS.headings) == "q 0-1 q 1-2 q 2-3 q 3-4 q 4-6 q ≥ 6"
 
 
 def test_bins_of_hardness_share_the_rigs_out():
     chosen = np.stack([column.chosen(scores()) for column in HARDNESS.columns])
     assert (chosen.sum(axis=0) == 1).all()
     assert chosen.sum(axis=1).tolist() == [2, 2, 1, 1, 1, 1]
+
+
+@pytest.mark.parametrize("q", [0.0, np.nextafter(1.0, 0.0), 1.0, 6.0, 20.0, 20.9863, 1e6])
+def test_every_rig_is_in_one_bin_of_hardness(q):
+    assert sum(int(column.chosen(scores() | {"hardness": np.full(RIGS, q)}).all()) for column in HARDNESS.columns) == 1
 
 
 def test_one_seed_is_estimated_over_rigs():
