@@ -3,14 +3,13 @@
     python -m agents.page           # from agents/trained, docs/agents and docs/results
     python -m agents.page --check   # only say whether the page is up to date
 
-The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json), `agents.ablations`
-(docs/agents/ablations.json) and the stored results of `eval.py` (docs/results, if they are there); what a
-person saw in the pictures is quoted from docs/agents/findings.md.
+The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json), `agents.compare`
+(docs/agents/ablations.json and newcomer.json, if they are there) and the stored results of `eval.py` (docs/results, if
+they are there); what a person saw in the pictures is quoted from docs/agents/findings.md.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from agents.beside_lqg import results_with_both, section
+from agents.choices import choices, made, newcomers
 from agents.pictures.learning import learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
@@ -53,13 +53,6 @@ _BESIDE = {
 """What stands beside the agents, by whether the drive is softened: a policy, its environment, what it is called."""
 
 _LEVELS = (0.5, 0.9, 0.95)
-_ABLATED = (
-    ("mitigated", "mitigated", 3),
-    ("below ω_c", "below", 3),
-    ("above ω_c", "above", 3),
-    ("to calm, s", "time_to_calm", 1),
-    ("cost", "cost", 3),
-)
 
 _USE = f"""## Train, resume, export
 
@@ -67,7 +60,7 @@ _USE = f"""## Train, resume, export
 python train.py ppo --seeds 5 --run-folder runs/ppo  # five seeds, one after another; --jobs 2: two at a time
 python train.py --resume runs/ppo                    # go on after Ctrl-C, bit for bit as without the stop
 python -m agents.shipping.ship runs/ppo --name ppo   # evaluate all seeds, ship the median one, write its card
-python -m agents.ablations                           # the table of choices above
+python -m agents.compare ablations                   # the table of choices above
 python -m agents.page                                # this page
 python train.py ppo --conf-file agents/hyperparams/soft_drive/ppo.yml  # an agent for the softened drive
 ```
@@ -141,7 +134,7 @@ def page(docs: Path, trained: Path = TRAINED) -> str:
             f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.shipping.ship"
         )
     parts = [_shipped(found, trained, docs), _learning(found), _behaviour(docs)]
-    parts += [section(_beside_lqg(docs, trained)), _choices(docs)]
+    parts += [section(_beside_lqg(docs, trained)), choices(docs), newcomers(docs)]
     parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
     return "\n".join(part for part in parts if part)
 
@@ -249,53 +242,13 @@ def _beside_lqg(docs: Path, trained: Path = TRAINED) -> dict[str, Results]:
     return results_with_both(docs, {name: config["env_id"] for name, config in plain.items()})
 
 
-def _choices(docs: Path) -> str:
-    """The ablations, a table an environment; nothing where they have not been run."""
-    file = docs / "agents" / "ablations.json"
-    if not file.is_file():
-        return ""
-    content = json.loads(file.read_text(encoding="utf-8"))
-    variants = content["variants"]
-    lines = [
-        "## What each choice is worth\n",
-        "PPO with one choice changed at a time, scored on rigs of the training side. Mean over seeds, with the lowest "
-        "and the highest. The cost is that of the environment's default reward, whatever a variant was trained on.\n",
-    ]
-    for env_id in dict.fromkeys(one["env_id"] for one in variants.values()):
-        own = [one for one in variants.values() if one["env_id"] == env_id]
-        steps = _numbers({one["hyperparameters"]["n_timesteps"] for one in own})
-        lines += [
-            f"`{env_id}`, all trained for {steps} steps, whatever the shipped agent had, and scored on "
-            f"{_numbers({one['rigs'] for one in own})} rigs:\n",
-            markdown.table(["choice", "seeds", *(heading for heading, _, _ in _ABLATED)], map(_variant, own)),
-            "",
-        ]
-    return "\n".join(lines)
-
-
-def _numbers(found: set[int]) -> str:
-    return markdown.listed([f"{number:,}" for number in sorted(found)], "or")
-
-
-def _variant(one: Mapping[str, Any]) -> list[str]:
-    cells = []
-    for _, score, digits in _ABLATED:
-        values = [run["scores"][score] for run in one["runs"].values() if run["scores"][score] is not None]
-        low, high = (f"{end:.{digits}f}" for end in (min(values, default=np.nan), max(values, default=np.nan)))
-        cells.append(f"{np.mean(values):.{digits}f} ({low} to {high})" if values else "none")
-    return [one["words"], str(len(one["runs"])), *cells]
-
-
 def _made(docs: Path, found: Mapping[str, Mapping[str, Any]]) -> str:
     """Commands, dates and machines behind the numbers."""
     lines = [f"## How it was made\n\nThis page and its pictures come from stored numbers with `{COMMAND}`.\n"]
     lines += [
         f"- `{name}`: `{seeds['command']}`, {when_and_where(seeds['provenance'])}" for name, seeds in found.items()
     ]
-    file = docs / "agents" / "ablations.json"
-    if file.is_file():
-        made = json.loads(file.read_text(encoding="utf-8"))
-        lines.append(f"- choices: `{made['command']}`, {when_and_where(made['provenance'])}")
+    lines += made(docs)
     return "\n".join(lines) + "\n"
 
 

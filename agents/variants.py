@@ -1,91 +1,128 @@
-"""What the ablations train: PPO's setting on the softened drive, and the same with one choice changed."""
+"""What is compared: the recipe of `ppo` with one piece of it changed, and what a newcomer trains."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from agents.policy.environment import environment_arguments
 from agents.training.hyperparameters import HYPERPARAMETER_FILES, hyperparameters
 from agents.training.settings import Training
-from drillrig_env.env.sensors import Sensors
 
-SETTING = HYPERPARAMETER_FILES / "soft_drive" / "ppo.yml"
-"""The setting that is changed."""
+ENVIRONMENT = "DrillRig-v0"
+"""Where all of them are trained: the rig's own drive."""
 
-STATISTICS = ("bit_speed_mean", "bit_speed_deviation", "string_torque_mean", "string_torque_deviation")
-"""Channels that are running statistics rather than measurements of the moment."""
+_STEPS = 3_000_000  # of an ablation, by trial; what is imitated before comes on top
+_NETWORK = "dict(net_arch=[{}], activation_fn=nn.ReLU)"
+_SUM = {"tracking_shape": "absolute", "variance_shape": "absolute", "tracking": 0.2, "variance": 0.1, "action": 0.003}
+"""The best known sum of terms: that of `agents/hyperparams/soft_drive/ppo.yml`."""
+
+_ALONE = {
+    "imitation": None,
+    "critic_iterations": 0,
+    "policy_kwargs": "dict(net_arch=[128, 128], activation_fn=nn.ReLU, log_std_init=-0.5)",
+}
+"""Hyperparameters of a network that knows nothing: no critic must catch up with it, and it explores more."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A setting of a comparison: its name, what a table calls it, and the training of its first seed."""
+
+    name: str
+    words: str
+    training: Training
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One setting: `reward`, `env_kwargs` and `hyperparams` are put into the shipped one.
-
-    `without` lists channels that are left out, `absolute_action` chooses the action of `agents.policy.absolute_action`.
-    """
+    """The recipe of `ppo` with a piece changed: fields of its scenario and its imitation, reward, hyperparameters."""
 
     name: str
     words: str
-    env_id: str = "DrillRig-v0"
-    reward: Mapping[str, Any] = field(default_factory=dict)
-    env_kwargs: Mapping[str, Any] = field(default_factory=dict)
+    scenario: Mapping[str, Any] = field(default_factory=dict)
+    imitation: Mapping[str, Any] = field(default_factory=dict)
+    reward: str | Mapping[str, Any] = "phases"
     hyperparams: Mapping[str, Any] = field(default_factory=dict)
-    without: tuple[str, ...] = ()
-    absolute_action: bool = False
 
-    def training(self, seed: int, steps: int, changes: Mapping[str, Any] | None = None) -> Training:
-        """The training of one seed; `changes` are hyperparameters that all variants get."""
-        shipped = hyperparameters("ppo", self.env_id, file=SETTING).get("env_kwargs", {})
-        env_kwargs: dict[str, Any] = dict(self.env_kwargs)
-        if self.reward:
-            env_kwargs["reward"] = {**shipped.get("reward", {}), **self.reward}
-        if self.without:
-            shown = Sensors.named(environment_arguments(self.env_id, shipped)["sensors"])
-            env_kwargs["sensors"] = [name for name in shown.names if name not in self.without]
-            env_kwargs.setdefault("noise", shipped.get("noise", shown.noise))
-            env_kwargs.setdefault("delay", shipped.get("delay", shown.delay))
-        hyperparams = {**(changes or {}), **self.hyperparams}
-        return Training("ppo", self.env_id, seed, steps, hyperparams, env_kwargs, SETTING, eval_freq=-1)
+    def setting(self) -> Setting:
+        """The variant as a setting, everything else as in the file of hyperparameters."""
+        recipe = hyperparameters("ppo", ENVIRONMENT)
+        scenario = {**recipe["env_kwargs"]["scenario"], **self.scenario}
+        hyperparams = {"imitation": {**recipe["imitation"], **self.imitation}, **self.hyperparams}
+        training = Training(
+            "ppo",
+            ENVIRONMENT,
+            n_timesteps=_STEPS,
+            hyperparams=hyperparams,
+            env_kwargs={"scenario": scenario, "reward": self.reward},
+            eval_freq=-1,
+            tensorboard=False,
+        )
+        return Setting(self.name, self.words, training)
 
-
-_SURFACE = "DrillRigSurface-v0"
 
 VARIANTS = (
-    Variant("shipped", "the setting of the softened drive"),
+    Variant("recipe", "the recipe of `ppo`"),
+    Variant("sum", "a sum of terms as reward, in place of phases", reward=_SUM),
+    Variant("alone", "no imitation, and so no warm-up of the critic", hyperparams=_ALONE),
+    Variant("no_warm_up", "no warm-up of the critic", hyperparams={"critic_iterations": 0}),
+    Variant("candidates_1", "1 draw an episode, in place of the hardest of 5", {"candidates": 1}),
+    Variant("frames_1", "1 frame, in place of 8", hyperparams={"frame_stack": 1}),
+    Variant("default_draws", "normal forces and spread of `default`", {"normal_force": [5.0, 30.0], "spread": 0.2}),
+    Variant("load_0", "no load steps, in place of 60 % of the episodes", {"load_step": 0.0}),
+    Variant("gamma_99", "a discount of 0.99 a step, in place of 0.995", hyperparams={"gamma": 0.99}),
     Variant(
-        "squares",
-        "reward of squares: variance and squared error in place of deviation and absolute error",
-        reward={"variance_shape": "square", "tracking_shape": "square"},
+        "narrow",
+        "a network of 64 by 64, in place of 128 by 128",
+        hyperparams={"policy_kwargs": _NETWORK.format("64, 64")},
     ),
-    Variant(
-        "large_rewards",
-        "rewards ten times as large",
-        reward={"variance": 1.0, "tracking": 2.0, "action": 0.03},
-    ),
-    Variant(
-        "absolute_action",
-        "absolute action: ω_ref = ω* + 2 a rad/s, reached at the slew limit, in place of the rate",
-        absolute_action=True,
-    ),
-    Variant(
-        "no_statistics",
-        "no running statistics of bit speed and torque among the observations",
-        without=STATISTICS,
-    ),
-    Variant("stiff_drive", "the rig's own stiff drive in place of the soft one", env_kwargs={"drive": None}),
-    Variant("surface", "the setting of the softened drive", _SURFACE),
-    Variant("surface_no_history", "no history: one step of measurements", _SURFACE, hyperparams={"frame_stack": 1}),
-    Variant(
-        "surface_no_statistics",
-        "no running statistics of the torque among the observations",
-        _SURFACE,
-        without=STATISTICS,
-    ),
-    Variant(
-        "uniform_targets",
-        "targets drawn uniformly, not more often slow ones",
-        env_kwargs={"scenario": "default"},
-    ),
+    Variant("less_exploration", "log-std -2 after imitation, in place of -0.7", imitation={"log_std": -2.0}),
+    Variant("alone_sum", "neither imitation nor phases", reward=_SUM, hyperparams=_ALONE),
+    Variant("frames_4", "4 frames, in place of 8", hyperparams={"frame_stack": 4}),
+    Variant("candidates_3", "the hardest of 3 draws, in place of 5", {"candidates": 3}),
+    Variant("load_30", "30 % load steps, in place of 60 %", {"load_step": 0.3}),
+    Variant("gamma_98", "a discount of 0.98 a step, in place of 0.995", hyperparams={"gamma": 0.98}),
+    Variant("wide_network", "a network of 256 by 128", hyperparams={"policy_kwargs": _NETWORK.format("256, 128")}),
 )
-"""Every variant, each environment's shipped setting before its changes."""
+"""The ablations, in order of what they tell."""
+
+_RIGS = {1: '`gym.make("DrillRig-v0")`', 64: "`make_sb3(64)`"}
+_REWARDS: dict[str, tuple[str, dict[str, Any]]] = {
+    "": ("its reward", {}),
+    "_phases": ('`reward="phases"`', {"reward": "phases"}),
+}
+
+
+def ablations() -> list[Setting]:
+    """The recipe of `ppo`, and the same with one piece changed."""
+    return [variant.setting() for variant in VARIANTS]
+
+
+def newcomer() -> list[Setting]:
+    """PPO and SAC with the settings that Stable-Baselines3 has by itself, on one rig and on many, for both rewards.
+
+    One rig is trained on as the `VecEnv` of the project has it, which is bit for bit what `gymnasium.make` gives.
+    """
+    return [
+        Setting(
+            f"{algorithm}_{rigs}{ending}",
+            f"{algorithm.upper()} on {where}, {reward}",
+            Training(
+                algorithm,
+                ENVIRONMENT,
+                hyperparams={"n_envs": rigs},
+                env_kwargs=env_kwargs,
+                conf_file=HYPERPARAMETER_FILES / "newcomer" / f"{algorithm}.yml",
+                eval_freq=-1,
+                tensorboard=False,
+            ),
+        )
+        for algorithm in ("ppo", "sac")
+        for rigs, where in reversed(_RIGS.items())
+        for ending, (reward, env_kwargs) in _REWARDS.items()
+    ]
+
+
+COMPARISONS: dict[str, Callable[[], list[Setting]]] = {"ablations": ablations, "newcomer": newcomer}
+"""Every comparison by name, with what makes its settings."""

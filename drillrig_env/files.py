@@ -134,11 +134,11 @@ def check_writable_file(path: str | Path) -> None:
 
 
 @contextmanager
-def owned(folder: str | Path) -> Iterator[None]:
+def owned(folder: str | Path, wait: float = 0.0) -> Iterator[None]:
     """Have a folder for oneself while the block runs. The folder is made where it is not there.
 
     Raises `BlockingIOError`, naming the folder and the process that has it, where another has it, in this process
-    or in any other. The lock is the system's: it ends with its process, however that ends.
+    or in any other, and still has it after `wait` s. The lock is the system's: it ends with its process, however that ends.
     """
     from filelock import FileLock, Timeout  # it takes its time, and few of those who read files need it
 
@@ -146,7 +146,7 @@ def owned(folder: str | Path) -> Iterator[None]:
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / LOCK)
     try:
-        lock.acquire(timeout=0)
+        lock.acquire(timeout=wait)
     except Timeout:
         raise BlockingIOError(
             f"{folder} is in use by {_owner(folder)}; wait for it, or choose another folder"

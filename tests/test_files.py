@@ -3,6 +3,8 @@ import json
 import os
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -154,6 +156,22 @@ def test_a_folder_has_one_owner_who_is_named(tmp_path):
         pass
     with owned(folder):
         pass
+
+
+def test_a_folder_is_waited_for(tmp_path):
+    turns = []
+
+    def second():
+        with owned(tmp_path, wait=60.0):
+            turns.append("second")
+
+    thread = threading.Thread(target=second)
+    with owned(tmp_path):
+        thread.start()
+        time.sleep(0.1)
+        turns.append("first")
+    thread.join()
+    assert turns == ["first", "second"]
 
 
 def test_a_lock_ends_with_its_process_however_it_ends(tmp_path):

@@ -19,7 +19,7 @@ COMMANDS = [
     ("drillrig_env.evaluation.page", "--docs {}", "drillrig_env.evaluation.page.page"),
     ("baselines.tune", "z_torque --output {}/tuned.json", "baselines.tune.search"),
     ("agents.page", "--docs {}", "agents.page.page"),
-    ("agents.ablations", "--output {}/found.json", "agents.ablations.ablate"),
+    ("agents.compare", "ablations --output {}/found.json", "agents.compare.compare"),
     ("agents.shipping.export", "ppo --out {}/policy.onnx", "agents.shipping.export.load_policy"),
     ("benchmarks.page", "--output {}/page.md", "benchmarks.page.take_in"),
 ]

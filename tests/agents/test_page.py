@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from agents.compared import SUITES
 from agents.page import AGENT, COMMAND, page
 from agents.pictures import draw_all
 from agents.pictures.one_rig import typical_rig
@@ -20,19 +21,19 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 def run_of(share):
-    return {
-        "seconds": 1.0,
-        "scores": {"mitigated": share, "below": None, "above": 0.5, "time_to_calm": 9.0, "cost": 0.2},
-    }
+    scores = {"mitigated": share, "calm": 1.0, "below": None, "time_to_calm": 9.0, "cost": 0.2}
+    return {"seconds": 90.0, "scores": dict.fromkeys(SUITES, scores)}
 
 
 @pytest.fixture
 def docs(tmp_path):
     one = {"words": "the shipped setting", "rigs": 10, "env_id": "DrillRig-v0"}
     one |= {"hyperparameters": {"n_timesteps": 1000}, "runs": {"0": run_of(0.25), "1": run_of(0.75)}}
-    made = {"command": "the command", "provenance": {"date": "today", "machine": "one"}, "variants": {"shipped": one}}
+    made = {"command": "the command", "provenance": {"date": "today", "machine": "one"}, "settings": {"recipe": one}}
+    made["beside"] = {"rigs": 10, "policies": {"constant": {**run_of(0.125), "words": "action 0, same drive"}}}
     (tmp_path / "agents").mkdir()
-    (tmp_path / "agents" / "ablations.json").write_text(json.dumps(made))
+    for name in ("ablations", "newcomer"):
+        (tmp_path / "agents" / f"{name}.json").write_text(json.dumps(made))
     (tmp_path / "agents" / "findings.md").write_text("Words of a person.\n")
     return tmp_path
 
@@ -43,14 +44,23 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "[`ppo`](../agents/trained/ppo/README.md)",
         "steps to 0.9",
         "Words of a person.",
-        "| the shipped setting | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (0.500 to 0.500) | 9.0",
-        "all trained for 1,000 steps",
+        "| the shipped setting | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (0.250 to 0.750) |",
+        "| action 0, same drive | | 0.125 | none | 0.125 | 0.125 | 9.0 | 0.200 | |",
+        "1,000 steps by trial",
+        "| the shipped setting | 2 | 0.500 (0.250 to 0.750) | 1.000 (1.000 to 1.000) | 9.0 (9.0 to 9.0) |",
         "python -m agents.shipping.export",
-        "choices: `the command`, today, one",
+        "ablations: `the command`, today, one",
     ):
         assert words in text
     assert "Where the physics" not in text
     assert not re.search(r"\bnan\b", text)
+
+
+def test_page_is_without_comparisons_that_were_not_made(docs, trained):
+    (docs / "agents" / "newcomer.json").unlink()
+    text = page(docs, trained)
+    assert "## What each choice is worth" in text
+    assert "newcomer" not in text
 
 
 def test_agent_that_is_shown_must_be_there(docs, tmp_path):

@@ -1,0 +1,109 @@
+"""The comparisons of settings as sections of the page, from what `agents.compare` has found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.compared import read_compared
+from drillrig_env import markdown
+from drillrig_env.evaluation.provenance import when_and_where
+
+Score = tuple[str, str, int]
+"""A score of a comparison: its suite, its name, and the digits that it is shown with."""
+
+_ABLATED: dict[str, Score] = {
+    "`default`": ("default", "mitigated", 3),
+    "below ω_c": ("default", "below", 3),
+    "`wide`": ("wide", "mitigated", 3),
+    "`load`": ("load", "mitigated", 3),
+    "to calm, s": ("default", "time_to_calm", 1),
+    "cost": ("default", "cost", 3),
+}
+_MET: dict[str, Score] = {
+    "mitigated": ("default", "mitigated", 3),
+    "calm": ("default", "calm", 3),
+    "to calm, s": ("default", "time_to_calm", 1),
+    "cost": ("default", "cost", 3),
+}
+
+
+def choices(docs: Path) -> str:
+    """What each piece of the recipe of `ppo` is worth, as a section; empty where that has not been compared."""
+    content = read_compared(docs / "agents" / "ablations.json")
+    settings = content["settings"].values()
+    if not settings:
+        return ""
+    return (
+        "## What each choice is worth\n\n"
+        f"The recipe of `ppo` with one piece changed at a time, {_steps(settings)} steps by trial in place of those of "
+        "the shipped agent. Mitigated shares on rigs drawn as in `default`, in all and below ω_c, in `wide` and in "
+        f"`load`; time to calm and cost in `default`. {_how(settings)}\n\n{_table('choice', _ABLATED, content)}\n"
+    )
+
+
+def newcomers(docs: Path) -> str:
+    """What Stable-Baselines3's own settings come to, as a section; empty where that has not been tried."""
+    content = read_compared(docs / "agents" / "newcomer.json")
+    settings = content["settings"].values()
+    if not settings:
+        return ""
+    return (
+        "## What a newcomer gets\n\n"
+        '`PPO("MlpPolicy", env)` and `SAC("MlpPolicy", env)` as Stable-Baselines3 has them, with no setting of one\'s '
+        f"own, on one rig and on many at a time, on rigs drawn as in `default`. {_how(settings)}\n\n"
+        f"{_table('training', _MET, content)}\n"
+    )
+
+
+def made(docs: Path) -> list[str]:
+    """Commands, dates and machines behind these sections, a line each."""
+    found = {words: read_compared(docs / "agents" / f"{words}.json") for words in ("ablations", "newcomer")}
+    return [
+        f"- {words}: `{content['command']}`, {when_and_where(content['provenance'])}"
+        for words, content in found.items()
+        if content["settings"]
+    ]
+
+
+def _how(settings: Iterable[Mapping[str, Any]]) -> str:
+    """How many rigs and of which side they are, and what the entries of the table say."""
+    rigs = markdown.listed([f"{number:,}" for number in sorted({one["rigs"] for one in settings})], "or")
+    return (
+        f"{rigs} rigs of each kind, of the training side, from developed stick-slip but for `load`. Mean over seeds, "
+        "with the lowest and the highest. The cost is that of the default reward, whatever they learnt with."
+    )
+
+
+def _steps(settings: Iterable[Mapping[str, Any]]) -> str:
+    numbers = {one["hyperparameters"]["n_timesteps"] for one in settings}
+    return markdown.listed([f"{number:,}" for number in sorted(numbers)], "or")
+
+
+def _table(what: str, scores: Mapping[str, Score], content: Mapping[str, Any]) -> str:
+    """A row a setting, then the policies that are not trained."""
+    headings = [what, "seeds", *scores, "training, min"]
+    rows = []
+    for one in content["settings"].values():
+        runs = one["runs"].values()
+        minutes = _cell([run["seconds"] / 60 for run in runs], 1)
+        rows.append([one["words"], len(runs), *_cells([run["scores"] for run in runs], scores), minutes])
+    for one in content["beside"].get("policies", {}).values():
+        rows.append([one["words"], "", *_cells([one["scores"]], scores), ""])
+    return markdown.table(headings, rows)
+
+
+def _cells(found: list[Mapping[str, Any]], scores: Mapping[str, Score]) -> list[str]:
+    return [_cell([one[suite][name] for one in found], digits) for suite, name, digits in scores.values()]
+
+
+def _cell(values: list[float | None], digits: int) -> str:
+    """The mean over the seeds, with the lowest and the highest of several; "none" where no rig is of the kind."""
+    known = [value for value in values if value is not None]
+    if not known:
+        return "none"
+    ends = f" ({min(known):.{digits}f} to {max(known):.{digits}f})" if len(known) > 1 else ""
+    return f"{np.mean(known):.{digits}f}{ends}"

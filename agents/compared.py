@@ -1,0 +1,102 @@
+"""The file of a comparison: what every trained agent scored, kept as it is found, by several processes at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drillrig_env.evaluation.provenance import provenance
+from drillrig_env.evaluation.runner import run
+from drillrig_env.evaluation.scores import score
+from drillrig_env.evaluation.suites import suite
+from drillrig_env.files import json_text, owned, read_json, write_text
+from drillrig_env.policy import Policy
+from drillrig_env.seeds import VALIDATION_SEEDS
+
+SUITES = ("default", "wide", "load")
+"""Suites whose draws are scored on, with seeds of the training side."""
+
+_WAIT = 60.0  # s, for another process that writes
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What a comparison has found, in `file`; `lock` is a folder in which those who write take turns.
+
+    `names` are those of all its settings, in the order that they are to have, and `command` is what makes the file.
+    """
+
+    file: Path
+    lock: Path
+    names: Sequence[str]
+    command: str
+
+    def read(self) -> dict[str, Any]:
+        """All that is there by now. `ValueError` where the file is damaged."""
+        return read_compared(self.file)
+
+    def has(self, name: str, about: Mapping[str, Any], seed: int) -> bool:
+        """Whether this seed of a setting is there, trained and scored as `about` has it."""
+        entry = self.read()["settings"].get(name, {})
+        return _about(entry) == about and str(seed) in entry["runs"]
+
+    def keep(self, name: str, about: Mapping[str, Any], seed: int, found: Mapping[str, Any]) -> None:
+        """Keep what a seed of a setting was found to do. Seeds of the same setting as it was before are left out."""
+        with owned(self.lock, _WAIT):
+            content = self.read()
+            settings = content["settings"]
+            if _about(settings.get(name, {})) != about:
+                settings[name] = {**about, "runs": {}}
+            runs = {**settings[name]["runs"], str(seed): found}
+            settings[name]["runs"] = {key: runs[key] for key in sorted(runs, key=int)}
+            content["settings"] = {one: settings[one] for one in self.names if one in settings}
+            self._write(content)
+
+    def keep_beside(self, rows: Mapping[str, Any]) -> None:
+        """Keep what policies scored that are not trained, by what a table calls them."""
+        with owned(self.lock, _WAIT):
+            self._write({**self.read(), "beside": rows})
+
+    def _write(self, content: Mapping[str, Any]) -> None:
+        made = {"command": self.command, "provenance": provenance()}
+        write_text(
+            self.file, json_text({**made, "beside": content["beside"], "settings": content["settings"]}, indent=1)
+        )
+
+
+def read_compared(file: Path) -> dict[str, Any]:
+    """What a comparison's file holds; no setting and no policy beside them where there is none.
+
+    `ValueError` where it is damaged.
+    """
+    nothing: dict[str, Any] = {"beside": {}, "settings": {}}
+    return read_json(file, "remove it, and begin again") if file.is_file() else nothing
+
+
+def evaluate(policy: Policy, sensors: Any, rigs: int, threads: int | None = None) -> dict[str, Any]:
+    """What a policy that sees these sensors does on `rigs` rigs of the training side, drawn as in each of SUITES.
+
+    Of each suite: mitigated and calm share of all rigs, mitigated share of those below the critical speed (None
+    where there is none), median time to calm (s) and mean cost with the environment's default reward.
+    """
+    found = {}
+    for name in SUITES:
+        drawn = replace(suite(name, rigs), first_seed=VALIDATION_SEEDS.start)
+        scores = score(run(policy, drawn, sensors=sensors, threads=threads))
+        below = scores["mitigated"][scores["region"] == "below"]
+        found[name] = {
+            "mitigated": float(scores["mitigated"].mean()),
+            "calm": float(scores["calm"].mean()),
+            "below": float(below.mean()) if len(below) else None,
+            "time_to_calm": float(np.median(np.asarray(scores["time_to_calm"], dtype=float))),
+            "cost": float(scores["cost"].mean()),
+        }
+    return found
+
+
+def _about(entry: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in entry.items() if name != "runs"}
