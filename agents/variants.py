@@ -20,6 +20,7 @@ _SUM = {"tracking_shape": "absolute", "variance_shape": "absolute", "tracking": 
 _ALONE = {
     "imitation": None,
     "critic_iterations": 0,
+    "anchor": 0.0,
     "policy_kwargs": "dict(net_arch=[128, 128], activation_fn=nn.ReLU, log_std_init=-0.5)",
 }
 """Hyperparameters of a network that knows nothing: no critic must catch up with it, and it explores more."""
@@ -78,6 +79,7 @@ VARIANTS = (
         hyperparams={"policy_kwargs": _NETWORK.format("64, 64")},
     ),
     Variant("less_exploration", "log-std -2 after imitation, in place of -0.7", imitation={"log_std": -2.0}),
+    Variant("anchor", "held near what it imitated, with a weight of 1", hyperparams={"anchor": 1.0}),
     Variant("alone_sum", "neither imitation nor phases", reward=_SUM, hyperparams=_ALONE),
     Variant("frames_4", "4 frames, in place of 8", hyperparams={"frame_stack": 4}),
     Variant("candidates_3", "the hardest of 3 draws, in place of 5", {"candidates": 3}),

@@ -182,7 +182,10 @@ def test_the_command_trains_what_it_is_told(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("words", "told"),
-    [("--seeds 0", "--seeds: '0' is not allowed"), ("--settings recipy", "'recipy' is not known; did you mean recipe?")],
+    [
+        ("--seeds 0", "--seeds: '0' is not allowed"),
+        ("--settings recipy", "'recipy' is not known; did you mean recipe?"),
+    ],
 )
 def test_impossible_words_are_refused(words, told, tmp_path, capsys):
     with pytest.raises(SystemExit):

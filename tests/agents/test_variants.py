@@ -48,6 +48,7 @@ def test_the_recipe_is_that_of_ppo_but_for_its_length():
         (("frames_1", "frames_4"), {"frame_stack"}),
         (("load_0", "load_30"), {"scenario.load_step"}),
         (("default_draws",), {"scenario.normal_force", "scenario.spread"}),
+        (("anchor",), {"anchor"}),
         (("gamma_98", "gamma_99"), {"gamma"}),
         (("narrow", "wide_network"), {"policy_kwargs"}),
         (("less_exploration",), {"imitation.log_std"}),
