@@ -138,7 +138,8 @@ def owned(folder: str | Path, wait: float = 0.0) -> Iterator[None]:
     """Have a folder for oneself while the block runs. The folder is made where it is not there.
 
     Raises `BlockingIOError`, naming the folder and the process that has it, where another has it, in this process
-    or in any other, and still has it after `wait` s. The lock is the system's: it ends with its process, however that ends.
+    or in any other, and still has it after `wait` s. The lock is the system's: it ends with its process, however that
+    ends.
     """
     from filelock import FileLock, Timeout  # it takes its time, and few of those who read files need it
 
