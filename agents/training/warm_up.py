@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import torch
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
@@ -22,24 +23,40 @@ def stagger(env: VecEnv) -> None:
 class WarmUp(BaseCallback):
     """Stagger the first episodes, and hold the actor for the first `iterations` rollouts: only the critic learns.
 
-    An actor that knows something already would else be pulled by a critic that knows nothing.
+    An actor that knows something already would else be pulled by a critic that knows nothing. What SAC pays for
+    exploring is held too: it would fall as long as nothing answers it.
     """
 
     def __init__(self, iterations: int, staggered: bool) -> None:
         super().__init__()
         self.iterations, self.staggered = iterations, staggered
+        self._hook: Any = None
 
     def _on_training_start(self) -> None:
         if self.staggered and self.num_timesteps == 0:
             stagger(self.training_env)
+        price = getattr(self.model, "ent_coef_optimizer", None)
+        if self.iterations and price is not None:
+            self._hook = price.register_step_pre_hook(self._hold)
 
     def _on_rollout_end(self) -> None:
         if not self.iterations:
             return
         actor = actor_of(self.model)
-        learns = self.num_timesteps > self.iterations * self._rollout() * self.training_env.num_envs
         for parameter in (*actor.parameters, *actor.spread):
-            parameter.requires_grad_(learns)
+            parameter.requires_grad_(self._learns())
+
+    def _on_training_end(self) -> None:
+        if self._hook is not None:
+            self._hook.remove()
+
+    def _hold(self, optimiser: torch.optim.Optimizer, *_: object) -> None:
+        if not self._learns():
+            optimiser.zero_grad()
+
+    def _learns(self) -> bool:
+        """Whether the actor learns from the last rollout."""
+        return self.num_timesteps > self.iterations * self._rollout() * self.training_env.num_envs
 
     def _rollout(self) -> int:
         """Steps of every rig between two updates."""

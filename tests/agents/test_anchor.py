@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from stable_baselines3 import SAC as SB3_SAC
 
 from agents.policy.run_folder import FIRST_MODEL, load_policy
 from agents.policy.weights import load_weights
@@ -46,6 +47,14 @@ def test_while_the_critic_warms_up_the_actor_does_not_move_at_all(algorithm, tmp
     assert distance == 0.0
     critic = model.critic if algorithm == "sac" else model.policy.value_net
     assert all(torch.isfinite(parameter).all() for parameter in critic.parameters())
+
+
+def test_while_the_critic_warms_up_the_price_of_exploring_does_not_move_either(tmp_path):
+    moved(tmp_path, "sac", anchor=1.0, critic_iterations=10_000)
+    moved(tmp_path, "sac", anchor=2.0, critic_iterations=0)
+    held, free = (SB3_SAC.load(tmp_path / f"sac_{k}" / "model.zip").log_ent_coef.item() for k in (1, 2))
+    assert held == 0.0
+    assert free != 0.0
 
 
 def test_an_anchor_that_pushes_is_refused():
