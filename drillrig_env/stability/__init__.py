@@ -14,16 +14,14 @@ from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
 from drillrig_env.stability.fold import basin_depth, fold_speed
 from drillrig_env.stability.hurwitz import (
     characteristic_polynomial,
-    critical_slope,
-    critical_speed,
     eigenvalues,
     hurwitz_matrix,
     hurwitz_minors,
-    is_stable,
     minor_polynomials,
 )
 from drillrig_env.stability.limit_cycle import NoOrbitError, slipping_orbit, stick_slip_orbit
 from drillrig_env.stability.orbit import PeriodicOrbit
+from drillrig_env.stability.stable_sets import critical_slope, critical_speed, is_stable, stable_slopes, stable_speeds
 
 __all__ = [
     "Branch",
@@ -47,5 +45,7 @@ __all__ = [
     "is_stable",
     "minor_polynomials",
     "slipping_orbit",
+    "stable_slopes",
+    "stable_speeds",
     "stick_slip_orbit",
 ]

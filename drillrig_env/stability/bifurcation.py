@@ -23,9 +23,9 @@ from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
-from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.limit_cycle import NoOrbitError, slipping_orbit_of_depth, stick_slip_orbit
 from drillrig_env.stability.orbit import SIGNALS, PeriodicOrbit
+from drillrig_env.stability.stable_sets import critical_speed
 
 ORBIT = np.dtype(
     [

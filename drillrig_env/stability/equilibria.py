@@ -1,7 +1,8 @@
-"""Equilibria: the branches e1 and e2 of steady rotation, and the Hopf points H1 and H2 that part them.
+"""Equilibria: the branches e1 and e2 of steady rotation, and the Hopf points H1, H2, ... that part them.
 
-Steady rotation (4-16) exists at every speed reference. On the law (4-9) it is stable below omega_s,
-inside the stick zone (e1 begins there), unstable from H1 to H2, and stable above H2 (e2).
+Steady rotation (4-16) exists at every speed reference. On the law (4-9) most rigs are stable below
+omega_s, inside the stick zone, unstable from H1 to H2 (e1), and stable above H2 (e2). A drive that shakes by
+itself has other borders, or more of them: each is a Hopf point.
 
 H2, at omega_c, is a Hopf point proper: a conjugate pair crosses the axis with a finite speed. At H1 the
 law has a kink, so the pair does not cross but jumps: on the straight part of (4-9) the slope is
@@ -19,9 +20,11 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction, FrictionLike
-from drillrig_env.model import friction_input, jacobian, steady_state
+from drillrig_env.model import steady_state
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.stability.hurwitz import critical_slope, critical_speed, eigenvalues, is_stable
+from drillrig_env.stability.hurwitz import eigenvalues
+from drillrig_env.stability.impedance import impedance, mode_shape
+from drillrig_env.stability.stable_sets import Border, is_stable, slope_at_rest, stable_set, stable_speeds
 
 EQUILIBRIUM = np.dtype(
     [
@@ -33,7 +36,7 @@ EQUILIBRIUM = np.dtype(
         ("eigenvalues", "c16", 7),
     ]
 )
-"""A point of an equilibrium branch; `stable` is Hurwitz's verdict."""
+"""A point of an equilibrium branch, by Hurwitz's criterion and by the eigenvalues; e2 is stable, e1 is not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +45,8 @@ class HopfPoint:
 
     `frequency` (rad/s) of the pair that crosses, `crossing_speed` = d Re(lambda) / d omega_ref (1/s per
     rad/s; the transversality condition asks that it is not 0), and the first Lyapunov coefficient: negative
-    is supercritical (a stable orbit is born), positive subcritical. NaN where the law's kink leaves
-    them undefined.
+    is supercritical (a stable orbit is born), positive subcritical. At the law's kink, where the slope jumps, the
+    crossing speed is infinite and the others are NaN.
     """
 
     label: str
@@ -51,6 +54,11 @@ class HopfPoint:
     frequency: float
     crossing_speed: float
     lyapunov_coefficient: float
+
+    @property
+    def direction(self) -> str:
+        """What steady rotation becomes as the speed rises through this point: "stable" or "unstable"."""
+        return "stable" if self.crossing_speed < 0 else "unstable"
 
     @property
     def criticality(self) -> str:
@@ -63,16 +71,15 @@ class HopfPoint:
 def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.NDArray[np.void]:
     """Steady rotation at each speed reference (rad/s, > 0), as records of EQUILIBRIUM.
 
-    e1 lies below the critical speed and e2 above it.
+    e1 is where it is unstable, e2 where it is stable.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     points = np.zeros(len(speeds), dtype=EQUILIBRIUM)
-    border = float(critical_speed(rig, friction))
     for point, speed in zip(points, speeds, strict=True):
         values = eigenvalues(rig, friction, float(speed))
         point["speed_reference"] = speed
-        point["branch"] = "e1" if speed < border else "e2"
         point["stable"] = is_stable(rig, friction, float(speed))
+        point["branch"] = "e2" if point["stable"] else "e1"
         point["stable_by_eigenvalues"] = values.real.max() < 0
         point["state"] = steady_state(rig, friction, float(speed)).reshape(7)
         point["eigenvalues"] = values
@@ -80,34 +87,43 @@ def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.
 
 
 def hopf_points(rig: RigLike, friction: FrictionLike) -> list[HopfPoint]:
-    """H1 and H2 of one friction; empty where every speed is stable."""
-    rig, friction = Rig.of(rig), Friction.of(friction).single()
-    border = float(critical_speed(rig, friction))
-    if not rig.omega_s < border < np.inf:
-        return []
-    kink = HopfPoint("H1", rig.omega_s, np.nan, np.nan, np.nan)
-    return [kink, _hopf_point(rig, float(friction.v_b), border)]
+    """Every border between stable and unstable speeds of one friction, rising; empty where there is none.
 
-
-def _hopf_point(rig: Rig, v_b: float, speed: float) -> HopfPoint:
-    """H2 by the projection method: Kuznetsov, Elements of Applied Bifurcation Theory, (5.62).
-
-    The only nonlinearity is T_r1(x_3) with the derivatives -G, v_b G and -v_b^2 G, G = |Delta T_r,min|. The
-    middle term of (5.62) vanishes: it holds the mean bit speed, A^-1 b at x_3, on which the drive's integrator insists.
+    H1 is the kink at omega_s, where it is a border; H2, H3, ... are the borders above it.
     """
-    gain = -critical_slope(rig)
-    A, b = jacobian(rig, -gain), friction_input(rig)
-    values, modes = np.linalg.eig(A)
-    index = int(np.argmin(np.where(values.imag > 0, np.abs(values.real), np.inf)))
-    frequency = float(values[index].imag)
-    q = modes[:, index]
-    left_values, left_modes = np.linalg.eig(A.T)
-    p = left_modes[:, int(np.argmin(np.abs(left_values - np.conj(values[index]))))]
-    p = p / np.conj(np.vdot(p, q))  # <p, q> = 1
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
+    at_rest, v_b = float(slope_at_rest(rig, friction)), float(friction.v_b)
+    ends = stable_speeds(rig, friction).ravel()
+    borders = {border for interval in stable_set(rig) for border in interval if border.slope < 0.0}
+    points: list[HopfPoint] = []
+    number = 2
+    for speed in ends[(ends > 0.0) & (ends < np.inf)].tolist():
+        if speed == rig.omega_s:
+            sign = 1.0 if speed in ends[1::2] else -1.0
+            points.append(HopfPoint("H1", speed, np.nan, sign * np.inf, np.nan))
+        else:
+            slope = -at_rest * np.exp(-v_b * speed)
+            border = min(borders, key=lambda one: abs(one.slope - slope))
+            points.append(_hopf_point(rig, v_b, speed, border, f"H{number}"))
+            number += 1
+    return points
 
-    second, third = v_b * gain, -(v_b**2) * gain
-    double = np.linalg.solve(2j * frequency * np.eye(7) - A, b * second * q[2] ** 2)
-    cubic = third * q[2] * abs(q[2]) ** 2 + second * np.conj(q[2]) * double[2]
-    coefficient = float((np.vdot(p, b) * cubic).real / (2 * frequency))
-    crossing = float((np.vdot(p, b) * q[2]).real * v_b * gain)  # d slope / d omega_ref = v_b G
-    return HopfPoint("H2", speed, frequency, crossing, coefficient)
+
+def _hopf_point(rig: Rig, v_b: float, speed: float, border: Border, label: str) -> HopfPoint:
+    """A Hopf point by the projection method: Kuznetsov, Elements of Applied Bifurcation Theory, (5.62).
+
+    The only nonlinearity is T_r1(x_3) with the derivatives sigma, -v_b sigma and v_b^2 sigma. The middle term of (5.62)
+    vanishes: it holds the mean bit speed, on which the drive's integrator insists. With the impedance Z, an eigenvalue
+    is a zero of Z(lambda) + sigma, so that d lambda / d sigma = -1 / Z'(lambda), and the pair's product <p, b> q_3 is
+    the same number.
+    """
+    sigma, frequency = border.slope, border.frequency
+    Z, derivative = impedance(rig, 1j * frequency * np.array([1.0, 2.0]))
+    shift = complex(-1.0 / derivative[0])
+    second, third = -v_b * sigma, v_b**2 * sigma
+    mode = mode_shape(rig, sigma, 1j * frequency)
+    share = 1.0 / float(np.linalg.norm(mode)) ** 2  # |q_3|^2 of the unit eigenvector
+    cubic = third - second**2 / complex(Z[1] + sigma)
+    coefficient = share * (shift * cubic).real / (2 * frequency)
+    crossing = shift.real * -v_b * sigma  # d slope / d omega_ref = -v_b sigma
+    return HopfPoint(label, speed, frequency, float(crossing), float(coefficient))

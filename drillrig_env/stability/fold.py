@@ -8,8 +8,8 @@ from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
+from drillrig_env.stability.stable_sets import critical_speed
 
 _DEPTHS = (12.0, 20.0)
 

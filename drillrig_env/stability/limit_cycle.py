@@ -11,9 +11,9 @@ from drillrig_env.model import friction_input, frictionless_state, jacobian, wou
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
-from drillrig_env.stability.hurwitz import critical_speed
 from drillrig_env.stability.orbit import PeriodicOrbit, describe_orbit, difference_step
 from drillrig_env.stability.return_map import next_crossings
+from drillrig_env.stability.stable_sets import critical_speed
 
 _FREE = [0, 1, 3, 4, 5, 6]  # the states that vary on the section x_3 = omega_ref
 _SETTLING_RETURNS = (12, 120)  # of a wound-up rig before Newton's method; the second where the first leads nowhere

@@ -29,7 +29,7 @@ from scipy.interpolate import CubicSpline
 from drillrig_env.arrays import FloatArray
 from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
-from drillrig_env.stability.hurwitz import critical_slope
+from drillrig_env.stability.stable_sets import critical_slope, stable_set
 
 _POINTS_A_UNIT = 12
 _FIRST_DEPTH = 0.02
@@ -85,7 +85,10 @@ class HarmonicBalance:
             matrix[:m, m + 1] = -answer
             matrix[m, 0] = 1.0
             matrix[m + 1, :m] = derivative
-            step = np.linalg.solve(matrix, -residual)
+            try:
+                step = np.linalg.solve(matrix, -residual)
+            except np.linalg.LinAlgError:
+                break
             q, frequency, log_gain = q + step[:m], frequency + step[m], log_gain + step[m + 1]
             if np.abs(step).max() < 1e-12 * max(1.0, depth):
                 return q, float(frequency), float(log_gain)
@@ -149,16 +152,17 @@ def _balance(rig: Rig, samples: int) -> HarmonicBalance:
 def slipping_orbits(rig: Rig, largest_depth: float = 12.0) -> SlippingOrbits:
     """Follow the family of a rig from its Hopf point to a depth (12: well past 40 N on the chapter's rig).
 
-    Raises `ValueError` for a rig without a Hopf point, whose Delta T_r,min is not negative, and
+    Raises `ValueError` for a rig without a Hopf point, whose Delta T_r,min is not negative or is not there, and
     `FloatingPointError` for one whose orbits cannot be found or resolved.
     """
     slope = critical_slope(rig)
     if slope >= 0:
         raise ValueError(
-            f"slipping_orbits: Delta T_r,min = {slope:g} N m s/rad; steady rotation of this rig is never stable"
+            "slipping_orbits: under any friction that falls with speed steady rotation of this rig is never stable: "
+            "its drive shakes by itself; see stable_slopes"
         )
     samples, log_gain = 64, float(np.log(-slope))
-    frequency = float(np.abs(np.linalg.eigvals(jacobian(rig, slope))[_crossing(rig, slope)].imag))
+    frequency = stable_set(rig)[0][0].frequency
     depths = np.concatenate([[_FIRST_DEPTH], np.arange(1, round(largest_depth * _POINTS_A_UNIT) + 1) / _POINTS_A_UNIT])
     q = -_FIRST_DEPTH * np.cos(2 * np.pi * np.arange(samples) / samples)
     found: list[tuple[float, float, FloatArray]] = [(log_gain, frequency, np.zeros(samples))]
@@ -181,9 +185,3 @@ def slipping_orbits(rig: Rig, largest_depth: float = 12.0) -> SlippingOrbits:
         np.array([omega for _, omega, _ in found]),
         tuple(wave for _, _, wave in found),
     )
-
-
-def _crossing(rig: Rig, slope: float) -> int:
-    """Index of the eigenvalue that crosses the imaginary axis at the critical slope."""
-    values = np.linalg.eigvals(jacobian(rig, slope))
-    return int(np.argmin(np.where(values.imag > 0, np.abs(values.real), np.inf)))

@@ -19,7 +19,7 @@ from drillrig_env.model import steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.fold import fold_speed
-from drillrig_env.stability.hurwitz import critical_speed
+from drillrig_env.stability.stable_sets import critical_speed
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.verdict import WINDOW, is_calm
 

@@ -64,7 +64,7 @@ def test_impossible_numbers_are_refused_with_unit_and_range(capsys):
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # what is too far apart overflows
 @pytest.mark.parametrize(
     ("change", "code", "said"),
-    [({"J_1": 1e-5}, 0, "harmonic balance: no orbit"), ({"J_1": 1e200}, 1, "error: critical_slope: the minors")],
+    [({"J_1": 1e-5}, 0, "harmonic balance: no orbit"), ({"J_1": 1e200}, 0, "harmonic balance: no orbit")],
 )
 def test_a_rig_beyond_what_can_be_computed_ends_in_a_sentence(change, code, said, tmp_path, capsys):
     Rig(**change).to_toml(tmp_path / "rig.toml")

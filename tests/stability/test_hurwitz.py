@@ -73,18 +73,10 @@ def test_weak_friction_leaves_every_speed_stable():
     assert critical_speed(Rig(), Friction(0.0)) == 0.0
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"J_1": 0.28, "J_2": 0.613, "J_3": 0.00309, "k_1": 0.0608, "k_2": 2.59, "d_1": 0.0833, "d_2": 0.0109, "R": 1.07,
-         "K_T": 4.4, "k_p": 46.2, "k_i": 1.73, "L": 0.0222, "K_E": 1.85, "C_m": 0.00156},
-        {"J_1": 0.191, "J_2": 0.00115, "J_3": 0.424, "k_1": 0.0547, "k_2": 4.33, "d_1": 0.00173, "d_2": 0.00926,
-         "R": 0.143, "K_T": 0.225, "k_p": 8.81, "k_i": 0.0253, "L": 0.0105, "K_E": 0.0838, "C_m": 0.00507},
-    ],
-)  # fmt: skip
-def test_complex_roots_of_the_minors_are_no_change_of_sign(changes):
-    """Rigs of which a complex pair of roots has a larger real part than the slope at which an eigenvalue crosses."""
-    rig = Rig(**changes)
+def test_complex_roots_of_the_minors_are_no_change_of_sign():
+    """A rig of which a complex pair of roots has a larger real part than the slope at which an eigenvalue crosses."""
+    rig = Rig(J_1=0.28, J_2=0.613, J_3=0.00309, k_1=0.0608, k_2=2.59, d_1=0.0833, d_2=0.0109,
+              R=1.07, K_T=4.4, k_p=46.2, k_i=1.73, L=0.0222, K_E=1.85, C_m=0.00156)  # fmt: skip
     roots = np.concatenate([minor.roots() for minor in minor_polynomials(rig)])
     assert roots.real.max() > critical_slope(rig) + 1e-3
     crossing = brentq(lambda slope: np.linalg.eigvals(jacobian(rig, slope)).real.max(), -0.2, 0.0, xtol=1e-14)
@@ -94,7 +86,7 @@ def test_complex_roots_of_the_minors_are_no_change_of_sign(changes):
 def test_rig_that_no_friction_leaves_stable_has_an_infinite_critical_speed():
     """Without back-EMF, viscous loss and proportional gain nothing damps the drive: steady rotation is never stable."""
     rig = Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0)
-    assert critical_slope(rig) > 0.0
+    assert critical_slope(rig) == np.inf
     assert not is_stable(rig, Friction(10.0), 8.0)
     assert critical_speed(rig, Friction(10.0)) == np.inf
     assert critical_speed(rig, Friction(np.array([0.0, 10.0]))).tolist() == [np.inf, np.inf]

@@ -124,9 +124,9 @@ def test_lyapunov_coefficient_agrees_with_the_orbits_near_the_hopf_point():
 
 def test_equilibria_change_stability_at_the_special_points_by_both_criteria():
     points = DIAGRAM.equilibria
-    np.testing.assert_array_equal(points["stable"], points["stable_by_eigenvalues"])
     border = DIAGRAM.special["H2"]
     inside = np.abs(points["speed_reference"] - border) > 1e-9
+    np.testing.assert_array_equal(points["stable"][inside], points["stable_by_eigenvalues"][inside])
     np.testing.assert_array_equal(points["stable"][inside], points["speed_reference"][inside] > border)
     assert set(points["branch"]) == {"e1", "e2"}
     assert equilibria(RIG, Friction(10.0), np.array([5e-4]))[0]["stable"]  # inside the stick zone

@@ -148,5 +148,5 @@ def test_orbits_that_are_never_resolved_end_in_a_sentence_before_they_fill_the_m
 
 
 def test_rig_without_a_hopf_point_has_no_family():
-    with pytest.raises(ValueError, match=r"Delta T_r,min = 0\.12.*never stable"):
+    with pytest.raises(ValueError, match="never stable: its drive shakes by itself"):
         slipping_orbits(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0))

@@ -1,0 +1,223 @@
+"""For which friction slopes, and at which speeds, steady rotation is stable: all of them, as intervals.
+
+Eigenvalues reach the imaginary axis where Z(i omega) + sigma = 0 (`impedance`): at the frequencies where Z(i omega) is
+real, for the slope sigma = -Z(i omega). These frequencies are the roots of a polynomial in omega^2, and are found
+without rounding, all of them; between two such slopes nothing changes, and Routh's scheme at one slope decides for all.
+Most rigs are stable for every slope above one number, Delta T_r,min (4-24); with a drive that shakes by itself, stable
+slopes may be a window, several, or none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from itertools import pairwise
+from math import isqrt
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.friction import Friction, FrictionLike
+from drillrig_env.rig import Rig, RigLike
+from drillrig_env.stability.impedance import Polynomial, impedance_fraction
+from drillrig_env.stability.real_roots import positive_roots
+
+
+@dataclass(frozen=True)
+class Border:
+    """A friction slope (N m s/rad) at which steady rotation changes its stability, and the pair's frequency (rad/s)."""
+
+    slope: float
+    frequency: float
+
+
+def stable_slopes(rig: RigLike) -> FloatArray:
+    """The friction slopes (N m s/rad) for which steady rotation is stable, as rising open intervals; shape (n, 2).
+
+    No row: none is. The upper end of the last row is infinite where every slope above is stable. Raises
+    `FloatingPointError` for a rig whose borders no double can hold.
+    """
+    return np.array([[low.slope, high.slope] for low, high in stable_set(Rig.of(rig))]).reshape(-1, 2)
+
+
+def stable_speeds(rig: RigLike, friction: FrictionLike) -> FloatArray:
+    """The speeds (rad/s) at which steady rotation is stable under one friction, as rising open intervals; shape (n, 2).
+
+    On the law (4-9): most rigs are stable below omega_s, within the stick zone, and above the critical speed. No row:
+    never. The upper end is infinite where every speed above is stable.
+    """
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
+    inside = np.array([[0.0, rig.omega_s]] if is_bearable(rig, float(friction.slope(rig, 0.0))) else []).reshape(-1, 2)
+    speeds = [interval for interval in _speeds(rig, friction) if interval[1] > rig.omega_s]
+    if len(inside) and speeds and speeds[0][0] <= rig.omega_s:
+        return np.array([(0.0, speeds[0][1]), *speeds[1:]])
+    return np.array([*inside.tolist(), *((max(low, rig.omega_s), high) for low, high in speeds)]).reshape(-1, 2)
+
+
+def critical_slope(rig: RigLike) -> float:
+    """Delta T_r,min (4-24): the friction slope (N m s/rad) above which steady rotation is stable.
+
+    -0.0128 for the chapter's rig (4-25); infinite where no slope is stable. A slope of friction that rises with speed
+    may be too steep all the same: see `stable_slopes`. Raises `ValueError` where there is no such number: where slopes
+    that are stable lie below others, of falling friction, that are not.
+    """
+    rig = Rig.of(rig)
+    intervals = stable_slopes(rig)
+    falling = intervals[intervals[:, 0] < 0.0]
+    if len(falling) > 1 or np.any(falling[:, 1] < 0.0):
+        raise ValueError(
+            f"critical_slope: this rig is stable for friction slopes {_words(intervals, 'N m s/rad')}, not above one "
+            "number; see stable_slopes"
+        )
+    return float(intervals[0, 0]) if len(intervals) else np.inf
+
+
+def critical_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
+    """omega_c, the Hopf point (rad/s): steady rotation is unstable below and stable above.
+
+    Where the slope of (4-7) equals Delta T_r,min, in closed form. 0 where friction falls so slowly
+    that every speed is stable; infinite where no speed is. One entry a rig for a batch of frictions. Raises
+    `ValueError` for a friction with which there is no such speed: where it is stable at lower speeds too (see
+    `stable_speeds`).
+    """
+    rig, friction = Rig.of(rig), Friction.of(friction)
+    at_rest = np.asarray(slope_at_rest(rig, friction))
+    falling = [interval for interval in stable_slopes(rig) if interval[0] < 0.0]
+    above = -falling[-1][0] if falling and falling[-1][1] >= 0.0 else None
+    others = falling if above is None else falling[:-1]
+    if others and np.any(at_rest > -others[-1][1]):
+        frictions = (Friction(*row) for row in friction.as_array().tolist())
+        one = next(f for f in frictions if slope_at_rest(rig, f) > -others[-1][1])
+        raise ValueError(
+            f"critical_speed: with N_1 = {one.normal_force:g} N this rig is stable at speeds "
+            f"{_words(np.array(_speeds(rig, one)), 'rad/s')}, not above one number; see stable_speeds"
+        )
+    if above is None:
+        return np.inf if np.ndim(at_rest) == 0 else np.full(at_rest.shape, np.inf)
+    speed = np.log(np.maximum(at_rest / above, 1.0)) / friction.v_b
+    return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
+
+
+def is_stable(rig: RigLike, friction: FrictionLike, speed: float) -> bool:
+    """Whether steady rotation at `speed` (rad/s) is locally stable; the Hurwitz minors are all positive then."""
+    rig, friction = Rig.of(rig), Friction.of(friction)
+    return is_bearable(rig, float(friction.slope(rig, speed)))
+
+
+def slope_at_rest(rig: Rig, friction: Friction) -> Quantity:
+    """N_1 r_1 (mu_s - mu_k) v_b, minus the slope of (4-7) towards speed 0, where it is steepest (N m s/rad)."""
+    spread = np.asarray(friction.mu_s) - friction.mu_k
+    return np.asarray(np.asarray(friction.normal_force) * rig.r_1 * spread * friction.v_b)
+
+
+def is_bearable(rig: Rig, slope: float) -> bool:
+    """Whether steady rotation is stable at a friction slope (N m s/rad)."""
+    intervals = stable_slopes(rig)
+    return bool(np.any((intervals[:, 0] < slope) & (slope < intervals[:, 1])))
+
+
+@lru_cache(maxsize=256)
+def stable_set(rig: Rig) -> tuple[tuple[Border, Border], ...]:
+    """The stable intervals of slope as pairs of their borders; the upper one at infinity has no frequency (NaN)."""
+    fraction = impedance_fraction(rig)
+    borders = _borders(rig)
+    slopes = [slope for slope, _ in borders]
+    between = [(low + high) / 2 for low, high in pairwise(slopes)]
+    probes = [*between, slopes[-1] + abs(slopes[-1]) + 1]
+    ends = [*(Border(_as_float(rig, slope), frequency) for slope, frequency in borders), Border(np.inf, np.nan)]
+    intervals: list[tuple[Border, Border]] = []
+    for (low, high), probe in zip(pairwise(ends), probes, strict=True):
+        if not low.slope < high.slope or not _is_hurwitz(fraction.characteristic(probe)):
+            continue
+        if intervals and intervals[-1][1] is low:  # a pair that only touched the axis
+            intervals[-1] = (intervals[-1][0], high)
+        else:
+            intervals.append((low, high))
+    return tuple(intervals)
+
+
+def _borders(rig: Rig) -> list[tuple[Fraction, float]]:
+    """Slopes at which eigenvalues lie on the imaginary axis, rising, with their frequency (rad/s).
+
+    With s = i omega, x = omega^2, D = D_e + s D_o and E = E_e + s E_o the imaginary part of Z vanishes where
+    D_e E_e + x D_o E_o does. That polynomial ends in -J_1 ..., so it has a root.
+    """
+    fraction = impedance_fraction(rig)
+    (D_e, D_o), (E_e, E_o) = _halves(fraction.D), _halves(fraction.E)
+    terms: Polynomial = [Fraction(0)] * 7
+    for i, a in enumerate(D_e):
+        for j, b in enumerate(E_e):
+            terms[i + j] += a * b
+    for i, a in enumerate(D_o):
+        for j, b in enumerate(E_o):
+            terms[i + j + 1] += a * b
+    whole = max(value.denominator for value in terms)  # powers of two, all of them
+    found = []
+    for x in positive_roots([int(value * whole) for value in terms]):
+        d_e, d_o, e_e, e_o = (_at(polynomial, x) for polynomial in (D_e, D_o, E_e, E_o))
+        found.append(((d_e * e_o - d_o * e_e) / (x * e_o**2 + e_e**2), _root_of(x)))
+    return sorted(found)
+
+
+def _halves(polynomial: Polynomial) -> tuple[Polynomial, Polynomial]:
+    """Even and odd part of a polynomial in s = i omega, as polynomials in x = omega^2 = -s^2."""
+    even = [(-1) ** (power // 2) * value for power, value in enumerate(polynomial)]
+    return even[::2], even[1::2]
+
+
+def _at(polynomial: Polynomial, x: Fraction) -> Fraction:
+    value = Fraction(0)
+    for coefficient in reversed(polynomial):
+        value = value * x + coefficient
+    return value
+
+
+def _is_hurwitz(polynomial: Polynomial) -> bool:
+    """Whether every root of the polynomial lies left of the imaginary axis, by Routh's scheme."""
+    upper, lower = polynomial[::-1][::2], polynomial[::-1][1::2]
+    if any(value <= 0 for value in polynomial):
+        return False
+    while lower:
+        if lower[0] <= 0:
+            return False
+        below = [*lower[1:], *([Fraction(0)] * (len(upper) - len(lower)))]
+        upper, lower = lower, [a - upper[0] / lower[0] * b for a, b in zip(upper[1:], below, strict=True)]
+    return True
+
+
+def _speeds(rig: Rig, friction: Friction) -> list[tuple[float, float]]:
+    """Stable speeds on the law (4-7), of which the slope -slope_at_rest exp(-v_b omega) rises towards 0."""
+    at_rest, v_b = float(slope_at_rest(rig, friction)), float(friction.v_b)
+    found = []
+    for low, high in stable_slopes(rig):
+        if low < 0.0 < at_rest and -at_rest < high:
+            slowest = np.log(max(at_rest / -low, 1.0)) / v_b
+            found.append((float(slowest), np.inf if high >= 0.0 else float(np.log(at_rest / -high) / v_b)))
+        elif at_rest == 0.0 and low < 0.0 < high:
+            found.append((0.0, np.inf))
+    return sorted(found)
+
+
+def _words(intervals: FloatArray, unit: str) -> str:
+    parts = [f"above {low:.6g}" if np.isinf(high) else f"from {low:.6g} to {high:.6g}" for low, high in intervals]
+    return f"{' and '.join(parts)} {unit}"
+
+
+def _root_of(x: Fraction) -> float:
+    """Square root, to the last bit of a double."""
+    shift = max(0, 128 - x.numerator.bit_length() + x.denominator.bit_length())
+    shift += shift % 2
+    return float(Fraction(isqrt((x.numerator << shift) // x.denominator), 1 << (shift // 2)))
+
+
+def _as_float(rig: Rig, slope: Fraction) -> float:
+    try:
+        value = float(slope)
+    except OverflowError:
+        value = np.inf
+    if not np.isfinite(value) or (value == 0.0 and slope != 0):
+        raise FloatingPointError(
+            "stable_slopes: a border of stability that no double can hold; check the rig's parameters"
+        )
+    return value
