@@ -27,7 +27,7 @@ if __name__ == "__main__":
 
 # isort: split
 from agents.policy.run_folder import is_run
-from agents.training.hyperparameters import ALGORITHMS, read_yaml
+from agents.training.hyperparameters import ALGORITHMS, read_pairs
 from agents.training.seeds import resume_seeds, train_seeds
 from agents.training.settings import Training
 from agents.training.train import resume, train
@@ -67,7 +67,7 @@ def _begin(given: Mapping[str, Any]) -> Path:
         raise ValueError(f"--algo {algorithm} and {values['algorithm']} contradict each other")
     for name in _PAIRS:
         if name in values:
-            values[name] = pairs(values[name])
+            values[name] = read_pairs(values[name])
     if "rig" in values:
         values["env_kwargs"] = {"rig": values.pop("rig")} | values.get("env_kwargs", {})
     training = Training(**values)
@@ -102,17 +102,6 @@ def argument_parser(prog: str) -> Parser:
     add("--jobs", type=of_kind(COUNT), help="of these seeds, train so many at a time (default: 1)")
     add("--resume", type=Path, metavar="RUN", help="go on with a stopped run, or with the seeds in a folder")
     return parser
-
-
-def pairs(texts: Sequence[str]) -> dict[str, Any]:
-    """`["gamma:0.98"]` as `{"gamma": 0.98}`; values are read as YAML."""
-    found = {}
-    for text in texts:
-        name, colon, value = text.partition(":")
-        if not colon or not value:
-            raise ValueError(f"{text!r} is not allowed; allowed: NAME:VALUE, such as gamma:0.98")
-        found[name] = read_yaml(text, value)
-    return found
 
 
 if __name__ == "__main__":

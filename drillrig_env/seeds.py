@@ -17,3 +17,6 @@ VALIDATION_SEEDS = range(600_000_000, 1_000_000_000)
 
 EVALUATION_SEEDS = range(1_000_000_000, 2_000_000_000)
 """Rigs of the suites: nothing may be trained, tuned or chosen on them."""
+
+DATASET_SEEDS = range(2_000_000_000, 3_000_000_000)
+"""Rigs of recorded episodes, which others learn from: no agent of the project has met them, and no suite has them."""

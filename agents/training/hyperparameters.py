@@ -125,6 +125,20 @@ def read_yaml(where: str, text: str) -> Any:
         raise ValueError(f"{where}: not plain YAML: {place}{problem}") from error
 
 
+def read_pairs(texts: Sequence[str]) -> dict[str, Any]:
+    """`["gamma:0.98"]` as `{"gamma": 0.98}`; values are read as YAML.
+
+    `ValueError` for a text that is no such pair.
+    """
+    found = {}
+    for text in texts:
+        name, colon, value = text.partition(":")
+        if not colon or not value:
+            raise ValueError(f"{text!r} is not allowed; allowed: NAME:VALUE, such as gamma:0.98")
+        found[name] = read_yaml(text, value)
+    return found
+
+
 def _read_tables(path: Path) -> dict[str, dict[str, Any]]:
     """The tables of a file of hyperparameters, by environment."""
     try:

@@ -48,10 +48,16 @@ class Episodes:
     reward: FloatArray
 
 
-def play(policy: Policy, core: EpisodeBatch, first_seed: int | None = None) -> Iterator[int]:
+def play(
+    policy: Policy,
+    core: EpisodeBatch,
+    first_seed: int | None = None,
+    taken: npt.NDArray[np.float32] | None = None,
+) -> Iterator[int]:
     """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
 
-    A policy that names in `privileged` what it must be told gets `info` before each step. Raises `ValueError` for
+    A policy that names in `privileged` what it must be told gets `info` before each step. Into `taken`, shape
+    (steps, n, 1), go the actions of each step, where it is given. Raises `ValueError` for
     actions of another shape or such as are not finite, and `NotFiniteError` for a state that is not; both name
     policy, rig and step, and the rig's seed where rig i has the seed `first_seed` + i.
     """
@@ -72,8 +78,11 @@ def play(policy: Policy, core: EpisodeBatch, first_seed: int | None = None) -> I
             finite = np.isfinite(actions[:, 0])
             if not finite.all():
                 raise ValueError(f"{type(policy).__name__}: the action for {place(finite)} is not finite")
+        rates = check_actions(actions, len(core))
+        if taken is not None:
+            taken[step] = rates
         try:
-            core.step(check_actions(actions, len(core)))
+            core.step(rates)
         except NotFiniteError as error:
             finite = np.isfinite(core.episodes["state"]).all(axis=1)
             raise NotFiniteError(f"{type(policy).__name__}, {place(finite)}: {error}") from error
