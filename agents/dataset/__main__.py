@@ -21,7 +21,7 @@ import numpy as np
 from agents.dataset.card import card
 from agents.dataset.recipe import MIXED, Player, Recipe, find_players
 from agents.dataset.recording import record
-from agents.dataset.storage import DataSet, minari_root, written_folders
+from agents.dataset.storage import DataSet, check_minari, minari_root, written_folders
 from agents.training.hyperparameters import read_pairs
 from drillrig_env import __version__
 from drillrig_env.command_line import Failed, Parser, command
@@ -64,6 +64,7 @@ def free_folders(recipe: Recipe, players: Sequence[Player]) -> dict[str, Path]:
     `ValueError` where one is there that may not be overwritten, `OSError` where none can be written, `ImportError`
     without Minari.
     """
+    check_minari()
     root = minari_root() if recipe.output is None else recipe.output.resolve()
     names = [MIXED] if recipe.mixed else [player.name for player in players]
     folders = {f"{recipe.env_id}/{name}-v0": root / recipe.env_id / f"{name}-v0" for name in names}

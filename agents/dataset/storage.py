@@ -20,9 +20,17 @@ CARD = "README.md"
 _DATA = "data"  # where Minari looks for it in a data set's folder
 
 
+def check_minari() -> None:
+    """Raise `ImportError` that says what to install where Minari is not."""
+    try:
+        import h5py  # noqa: F401
+        import minari  # noqa: F401
+    except ImportError as error:
+        raise missing("a data set", "minari and h5py", "clients") from error
+
+
 def minari_root() -> Path:
-    """The folder in which Minari looks for data sets. `ImportError` where Minari is not installed."""
-    _check_minari()
+    """The folder in which Minari looks for data sets."""
     from minari.storage import get_dataset_path
 
     return Path(get_dataset_path())
@@ -59,12 +67,10 @@ def written_folders(folders: Sequence[Path]) -> Iterator[list[Path]]:
 class DataSet:
     """A new data set in `folder`, which Minari reads as `dataset_id`.
 
-    `env_id` and `env_kwargs` are the environment that `recover_environment()` is to give. `ImportError` where Minari
-    is not installed.
+    `env_id` and `env_kwargs` are the environment that `recover_environment()` is to give.
     """
 
     def __init__(self, folder: Path, dataset_id: str, env_id: str, env_kwargs: Mapping[str, Any]) -> None:
-        _check_minari()
         from minari.dataset.minari_storage import MinariStorage
 
         env = gym.make(f"drillrig_env:{env_id}", **env_kwargs)
@@ -115,14 +121,6 @@ def _buffers(recording: Recording) -> Iterator[Any]:
             truncations=at_the_end,
             infos={name: values[i] for name, values in recording.infos.items()},
         )
-
-
-def _check_minari() -> None:
-    try:
-        import h5py  # noqa: F401
-        import minari  # noqa: F401
-    except ImportError as error:
-        raise missing("a data set", "minari and h5py", "clients") from error
 
 
 def _plain(value: Any) -> Any:
