@@ -81,14 +81,38 @@ checkpoint's pickles: go on with your own trainings only. To pass an agent on, u
 `python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew;
 `agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own.
 
-The hyperparameter files are in rl-zoo3's format, and where nothing is imitated first it trains from them:
+**In Stable-Baselines3 alone** an agent is a plain model. Its frames are SB3's own, oldest first, and its actions are
+bit for bit those of `drillrig_env.policy.load("ppo")`:
+
+```python
+import drillrig_env
+from stable_baselines3 import PPO
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.vec_env import VecFrameStack
+
+env = VecFrameStack(drillrig_env.make_sb3(16, seed=0), n_stack=8)
+model = PPO.load("agents/trained/ppo/model.zip", env=env, device="cpu")
+print(evaluate_policy(model, env, n_eval_episodes=64))  # mean and spread of the returns
+```
+
+An agent for another environment needs that one: `make_sb3(64, env_id=agent.env_id, **agent.env_kwargs)` with
+`agent = load("ppo_surface_soft")`, and `agent.frames`.
+
+**In rl-zoo3** the hyperparameter files train as they are where nothing is imitated first: those for the rig's own drive
+in `agents/hyperparams/alone`, those for the softened one in `agents/hyperparams/soft_drive`, each for PPO and SAC.
+`train.py` takes the same files.
 
 ```sh
-cd agents/hyperparams/soft_drive
+python train.py ppo --conf-file agents/hyperparams/alone/ppo.yml
+cd agents/hyperparams/alone
 python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf ppo.yml
 ```
 
-That steps single environments one by one; `train.py` steps all rigs in one compiled call.
+rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
+`imitation`, `critic_iterations` and `staggered` are this project's own: rl-zoo3 hands them to the algorithm, which
+refuses them (`unexpected keyword argument 'imitation'`). So the files that stand in `agents/hyperparams` itself, which
+imitate first, are for `train.py` alone. Those in `alone` were tried with rl_zoo3 2.9.2 for 98,304 steps (PPO) and
+12,000 steps (SAC), 17 s of computing each, not to the end.
 
 `python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
 physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit

@@ -3,11 +3,12 @@
 from itertools import pairwise
 
 from drillrig_env.evaluation.suites import SUITES, suite
-from drillrig_env.seeds import EVALUATION_SEEDS, TRAINING_SEEDS, TUNING_SEEDS, VALIDATION_SEEDS
+from drillrig_env.seeds import DATASET_SEEDS, EVALUATION_SEEDS, TRAINING_SEEDS, TUNING_SEEDS, VALIDATION_SEEDS
 
 
 def test_ranges_of_seeds_have_none_in_common():
-    ranges = sorted((TRAINING_SEEDS, TUNING_SEEDS, VALIDATION_SEEDS, EVALUATION_SEEDS), key=lambda one: one.start)
+    every = (TRAINING_SEEDS, TUNING_SEEDS, VALIDATION_SEEDS, EVALUATION_SEEDS, DATASET_SEEDS)
+    ranges = sorted(every, key=lambda one: one.start)
     assert ranges[0].start == 0
     for lower, upper in pairwise(ranges):
         assert lower.stop <= upper.start

@@ -1,7 +1,7 @@
 import pytest
 from torch import nn
 
-from agents.training.hyperparameters import algorithm_arguments, hyperparameters
+from agents.training.hyperparameters import HYPERPARAMETER_FILES, algorithm_arguments, hyperparameters, read_pairs
 from agents.training.schedules import policy_kwargs, schedule
 
 
@@ -15,6 +15,20 @@ def test_files_are_complete_and_changes_go_in(algorithm, env_id):
     assert chosen["n_timesteps"] == 1000
     assert isinstance(chosen["n_envs"], int)
     assert callable(algorithm_arguments(chosen)["learning_rate"])
+
+
+@pytest.mark.parametrize("folder", ["alone", "soft_drive"])
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_files_without_imitation_hold_only_keys_that_rl_zoo3_knows(folder, algorithm):
+    chosen = hyperparameters(algorithm, "DrillRig-v0", file=HYPERPARAMETER_FILES / folder / f"{algorithm}.yml")
+    assert not {"imitation", "critic_iterations", "staggered"} & set(chosen)
+
+
+def test_pairs_of_a_command_line():
+    assert read_pairs(["gamma:0.98", "scenario:{spread: 0.1}"]) == {"gamma": 0.98, "scenario": {"spread": 0.1}}
+    for text in ("gamma", "gamma:"):
+        with pytest.raises(ValueError, match=f"'{text}' is not allowed; allowed: NAME:VALUE"):
+            read_pairs([text])
 
 
 def test_schedules():

@@ -1,6 +1,7 @@
 """Recorded data sets as Minari reads them: bit for bit, with the environment, and whole or not there."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -170,3 +171,14 @@ def test_ctrl_c_ends_it_soon_and_leaves_nothing(tmp_path):
     assert said.endswith("stopped by Ctrl-C; nothing was written; the same command begins anew\n")
     assert "Traceback" not in said
     assert not output.exists()
+
+
+def test_examples_of_the_page_run(sets, capsys):
+    page = (ROOT / "docs" / "datasets.md").read_text(encoding="utf-8")
+    loading, cloning = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    exec(compile(loading, "loading", "exec"), {})
+    small = cloning.replace("4_000, 1_024, 1_000", "20, 64, 5")
+    assert small != cloning
+    capsys.readouterr()
+    exec(compile(small, "cloning", "exec"), {})
+    assert re.fullmatch(r"(?:(?:cloned|lqg|constant): \d\.\d{3} mitigated\n){3}", capsys.readouterr().out)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from agents.training.hyperparameters import HYPERPARAMETER_FILES
+
 pytestmark = pytest.mark.clients
 pytest.importorskip("rl_zoo3", reason="needs the extra clients")
 
@@ -52,3 +54,14 @@ def test_example_of_the_page_runs(tmp_path):
     (command,) = re.findall(r"^python -m (rl_zoo3.*)$", page, re.MULTILINE)
     run(*shlex.split(command), "-n", "128", folder=tmp_path)
     assert (tmp_path / "logs/ppo/DrillRig-v0_1/DrillRig-v0.zip").is_file()
+
+
+@pytest.mark.parametrize("folder", ["alone", "soft_drive"])
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_files_of_the_agents_train_as_they_are(tmp_path, algorithm, folder):
+    settings = HYPERPARAMETER_FILES / folder / f"{algorithm}.yml"
+    few = {"ppo": ("n_steps:16", "batch_size:16"), "sac": ("learning_starts:20", "batch_size:16", "gradient_steps:1")}
+    words = ("--algo", algorithm, "--env", "DrillRig-v0", "--gym-packages", "drillrig_env", "-conf", str(settings))
+    quick = ("-n", "64", "--eval-freq", "-1", "-f", "runs", "-params", "n_envs:2", *few[algorithm])
+    run("rl_zoo3.train", *words, *quick, folder=tmp_path)
+    assert (tmp_path / f"runs/{algorithm}/DrillRig-v0_1/DrillRig-v0.zip").is_file()
