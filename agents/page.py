@@ -18,7 +18,7 @@ import numpy as np
 
 from agents.beside_lqg import results_with_both, section
 from agents.choices import choices, made, newcomers
-from agents.pictures.learning import learning_curves
+from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
 from agents.shipping.card import imitation_steps, training_minutes
@@ -157,7 +157,7 @@ def page(docs: Path, trained: Path = TRAINED) -> str:
         raise ValueError(
             f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.shipping.ship"
         )
-    parts = [_shipped(found, trained, docs), _learning(found), _behaviour(docs)]
+    parts = [_shipped(found, trained, docs), _learning(found, trained), _behaviour(docs)]
     parts += [section(_beside_lqg(docs, trained)), choices(docs), newcomers(docs)]
     parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
     return "\n".join(part for part in parts if part)
@@ -222,13 +222,18 @@ def _endurance(found: Mapping[str, Mapping[str, Any]]) -> str:
     return markdown.table(["agent", *(f"{time} s" for time in times)], rows)
 
 
-def _learning(found: Mapping[str, Mapping[str, Any]]) -> str:
+def _learning(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
     """The learning curves, and when they pass what."""
     lines = [
         "## How they learn\n",
         "![Share of rigs mitigated over training steps, every seed](images/agents/learning.png)\n",
     ]
-    headings = ["agent", *(f"steps to {level:g}" for level in _LEVELS), "at the end, lowest to highest seed"]
+    headings = [
+        "agent",
+        *(f"steps to {level:g}" for level in _LEVELS),
+        "at the end, lowest to highest seed",
+        "action 0",
+    ]
     rows = []
     for name, seeds in found.items():
         steps, shares = learning_curves(seeds)
@@ -236,11 +241,13 @@ def _learning(found: Mapping[str, Mapping[str, Any]]) -> str:
         passed = [
             f"{steps[np.argmax(curve >= level)]:,.0f}" if (curve >= level).any() else "never" for level in _LEVELS
         ]
-        rows.append([f"`{name}`", *passed, f"{shares[:, -1].min():.3f} to {shares[:, -1].max():.3f}"])
+        ends = f"{shares[:, -1].min():.3f} to {shares[:, -1].max():.3f}"
+        rows.append([f"`{name}`", *passed, ends, f"{action_zero(read_config(trained / name)):.3f}"])
     lines.append(markdown.table(headings, rows))
     lines.append(
         "\n*Steps after which the interquartile mean over the seeds first reaches a mitigated share, as far as the "
-        "evaluations during training resolve it; these rigs are not those of the suites.*\n"
+        "evaluations during training resolve it; these rigs are not those of the suites. Action 0: the reference "
+        "stays at the target, on the same drive and rigs.*\n"
     )
     return "\n".join(lines)
 

@@ -9,24 +9,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from agents.policy.agent import Agent
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.suites import STICKING
+from drillrig_env.policy import Policy
 from drillrig_env.seeds import VALIDATION_SEEDS
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """What an agent did with the rigs: sum of rewards and whether the rig was mitigated, shape (n,)."""
+    """What a policy did with the rigs: sum of rewards and whether the rig was mitigated, shape (n,)."""
 
     returns: npt.NDArray[np.float64]
     mitigated: npt.NDArray[np.bool_]
     steps: int  # of an episode
 
 
-def validate(agent: Agent, arguments: Mapping[str, Any], rigs: int) -> Validation:
+def validate(policy: Policy, arguments: Mapping[str, Any], rigs: int) -> Validation:
     """Run `rigs` episodes side by side, from developed stick-slip and with a constant normal force.
 
     `arguments` are those of `EpisodeBatch`. The rigs are drawn evenly, also where training shows the hard ones more
@@ -36,6 +36,6 @@ def validate(agent: Agent, arguments: Mapping[str, Any], rigs: int) -> Validatio
     core.change(scenario=replace(core.scenario, candidates=1, target_skew=1.0))
     core.reset(np.arange(rigs), first_uniforms(VALIDATION_SEEDS.start, rigs), STICKING)
     returns = np.zeros(rigs)
-    for _ in play(agent, core):
+    for _ in play(policy, core):
         returns += core.episodes["reward"]
     return Validation(returns, core.mitigated, core.steps)
