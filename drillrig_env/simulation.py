@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from math import ceil
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -14,12 +13,14 @@ import numpy as np
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import STATE_NAMES, check_state, torque_into_string
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE
+from drillrig_env.stepper.limits import check_computable
+from drillrig_env.stepper.tables import TOLERANCE
+from drillrig_env.stepper.times import same_time, sample_count, step_of
 
 Schedule: TypeAlias = float | Sequence[tuple[float, float]]
 """A constant, or (time in s, value) pairs: each value holds from its time on; the first time is 0."""
@@ -28,8 +29,6 @@ _Method: TypeAlias = Callable[[Rig, Friction, float, FloatArray, FloatArray], Fl
 
 SIGNALS = ("time", *STATE_NAMES, "speed_reference", "normal_force", "voltage", "torque_into_string", "friction_torque")
 """The names of all signals of a simulation, in the order of its table."""
-
-_TIME_TOLERANCE = 1e-9  # s; times closer than this are the same time
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +124,8 @@ def simulate(
     schedules such as `[(0, 0.0), (50, 25.0)]`: 0 N until 50 s, then 25 N.
 
     Which method? "fast", the exact stepper, unless you want to check it: the error of any speed stays below
-    `tolerance` over 20 s, 1e-7 to 1e-3 rad/s (others have their own: see `drillrig_env.reference`). "vode" is
+    `tolerance` over 20 s, 1e-7 to 1e-3 in the rig's own unit of speed, 1 rad/s for the chapter's
+    (`drillrig_env.stepper.units`; other methods have their own: see `drillrig_env.reference`). "vode" is
     the chapter's own way, hundreds of times slower; "radau", ten thousands of times slower, is the accurate
     reference, with the kinks of the friction law split by events.
 
@@ -140,58 +140,68 @@ def simulate(
         raise ValueError(
             f"simulate: friction for {rigs} rigs is not allowed; allowed: one rig; simulate_batch takes many"
         )
-    for name, value, unit in (("duration", duration, "s"), ("sample_period", sample_period, "s")):
-        if not POSITIVE.holds(value):
-            raise refuse("simulate", name, value, unit, POSITIVE)
-    methods: dict[str, _Method] = {"fast": partial(_fast, tolerance=tolerance), "vode": vode, "radau": radau}
+    check_computable(rig)
+    count, same = sample_count("simulate", duration, sample_period), same_time(duration, sample_period)
+    fast = partial(_fast, sample_period=float(sample_period), same=same, tolerance=tolerance)
+    methods: dict[str, _Method] = {"fast": fast, "vode": vode, "radau": radau}
     if method not in methods:
         raise ValueError(f"simulate: method = {method!r} is not known; {closest(method, methods)}")
     references = _schedule("speed_reference", speed_reference, "rad/s")
     forces = _schedule("normal_force", float(friction.as_array()[0, 0]) if normal_force is None else normal_force, "N")
-    count = int(np.floor(duration / sample_period + _TIME_TOLERANCE))
     if count < 1:
         raise refuse("simulate", "sample_period", sample_period, "s", f"<= duration = {duration}")
     time = sample_period * np.arange(count + 1, dtype=float)
     state = np.empty((count + 1, 7))
     state[0] = check_state(rig, initial_state)
 
-    switches = sorted({t for t, _ in references + forces if t < time[-1] - _TIME_TOLERANCE})
+    switches = sorted({t for t, _ in references + forces if t < time[-1] - same})
     x = state[0]
     for begin, end in zip(switches, [*switches[1:], time[-1]], strict=True):
-        inside = (time > begin + _TIME_TOLERANCE) & (time < end - _TIME_TOLERANCE)
+        inside = (time > begin + same) & (time < end - same)
         stops = np.concatenate([[begin], time[inside], [end]])
-        pressed = replace(friction, normal_force=_value_at(forces, begin))
-        states = methods[method](rig, pressed, _value_at(references, begin), x, stops)
+        pressed = replace(friction, normal_force=_value_at(forces, begin, same))
+        states = methods[method](rig, pressed, _value_at(references, begin, same), x, stops)
         state[inside] = states[:-1]
         x = states[-1]
-        state[np.abs(time - end) <= _TIME_TOLERANCE] = x
+        state[np.abs(time - end) <= same] = x
     check_finite(state[None], time, "simulate")
     return Simulation(
         rig=rig,
         friction=friction,
         time=time,
         state=state,
-        speed_reference=np.array([_value_at(references, t) for t in time]),
-        normal_force=np.array([_value_at(forces, t) for t in time]),
+        speed_reference=np.array([_value_at(references, t, same) for t in time]),
+        normal_force=np.array([_value_at(forces, t, same) for t in time]),
     )
 
 
 def _fast(
-    rig: Rig, friction: Friction, speed_reference: float, state: FloatArray, times: FloatArray, tolerance: float
+    rig: Rig,
+    friction: Friction,
+    speed_reference: float,
+    state: FloatArray,
+    times: FloatArray,
+    sample_period: float,
+    same: float,
+    tolerance: float,
 ) -> FloatArray:
-    """The fast stepper with the signature of the reference methods; equal intervals share one call."""
+    """The fast stepper with the signature of the reference methods; whole sample periods share one call.
+
+    They are taken as such and not as differences of times, whose rounding would add up.
+    """
     states = np.empty((len(times) - 1, 7))
-    intervals = np.round(np.diff(times), 10)  # rounding noise must not make an interval tables of its own
+    intervals = np.diff(times)
+    intervals[np.abs(intervals - sample_period) <= same] = sample_period
     starts = np.flatnonzero(np.concatenate([[True], intervals[1:] != intervals[:-1]]))
     x = np.asarray(state)
     for first, last in zip(starts, [*starts[1:], len(intervals)], strict=True):
-        parts = ceil(intervals[first] / LONGEST_PERIOD)
+        parts, step = step_of(rig, float(intervals[first]))
         run = advance_batch(
             rig,
             friction,
             x[None],
             speed_reference,
-            period=float(intervals[first]) / parts,
+            period=step,
             periods=int(last - first) * parts,
             every=parts,
             tolerance=tolerance,
@@ -209,7 +219,7 @@ def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, flo
         first = pairs[0][0] if pairs else "none"
         raise refuse("simulate", f"first time of {name}", first, "s", "0")
     times = [t for t, _ in pairs]
-    if not all(np.isfinite(times)) or any(b - a <= _TIME_TOLERANCE for a, b in pairwise(times)):
+    if not all(np.isfinite(times)) or any(b <= a for a, b in pairwise(times)):
         raise refuse("simulate", f"times of {name}", times, "s", "ascending, finite")
     for _, value in pairs:
         if not NOT_NEGATIVE.holds(value):
@@ -217,5 +227,5 @@ def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, flo
     return pairs
 
 
-def _value_at(schedule: list[tuple[float, float]], time: float) -> float:
-    return [value for start, value in schedule if start <= time + _TIME_TOLERANCE][-1]
+def _value_at(schedule: list[tuple[float, float]], time: float, same: float) -> float:
+    return [value for start, value in schedule if start <= time + same][-1]

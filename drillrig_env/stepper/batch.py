@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
 
 import numpy as np
 
@@ -12,11 +11,13 @@ from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.model import check_state
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, refuse
+from drillrig_env.parameters import NOT_NEGATIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.finite import check_finite
+from drillrig_env.stepper.limits import check_computable
 from drillrig_env.stepper.propagator import advance, workspace
-from drillrig_env.stepper.tables import LONGEST_PERIOD, TOLERANCE, UNITS, from_equilibrium, step_tables, to_states
+from drillrig_env.stepper.tables import TOLERANCE, UNITS, from_equilibrium, step_tables, to_states
+from drillrig_env.stepper.times import sample_count, step_of
 
 
 def simulate_batch(
@@ -41,9 +42,8 @@ def simulate_batch(
     (100, 301, 7)
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
-    for name, value in (("duration", duration), ("sample_period", sample_period)):
-        if not POSITIVE.holds(value):
-            raise refuse("simulate_batch", name, value, "s", POSITIVE)
+    check_computable(rig)
+    samples = sample_count("simulate_batch", duration, sample_period)
     if not NOT_NEGATIVE.holds(speed_reference):
         raise refuse("simulate_batch", "speed_reference", speed_reference, "rad/s", NOT_NEGATIVE)
     start = np.atleast_2d(check_state(rig, initial_state))
@@ -51,15 +51,13 @@ def simulate_batch(
     if len(lengths) > 1:
         raise refuse("simulate_batch", "number of rigs", sorted(lengths), "", "the same for every argument, or one")
     start = np.broadcast_to(start, (max(lengths, default=1), 7))
-    samples = int(np.floor(duration / sample_period + 1e-9))
-    interval = float(np.round(sample_period, 10))  # as in `simulate`: 0.1 + 0.2 takes three steps of 0.1 s
-    parts = ceil(interval / LONGEST_PERIOD)
+    parts, step = step_of(rig, float(sample_period))
     states = advance_batch(
         rig,
         friction,
         start,
         speed_reference,
-        period=interval / parts,
+        period=step,
         periods=samples * parts,
         every=parts,
         threads=threads,

@@ -14,12 +14,18 @@ from drillrig_env.friction import CONTACT
 from drillrig_env.friction.law import torque_in_zone
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
-from drillrig_env.stepper.tables import NODES, POWERS_FROM_NODES, RADAU_NODES, SAMPLES, STATE
+from drillrig_env.stepper.exponentials import NODES, POWERS_FROM_NODES, RADAU_NODES
+from drillrig_env.stepper.tables import SAMPLES, STATE
 
 _NEWTON_LIMIT = 8
 
-_CLEARLY_BEYOND = 0.02
-"""An iterate this far (rad/s) beyond the kink means that the step crosses it."""
+_FARTHEST = 1.0
+"""Newton's last step, in falls of the friction to 1/e, from which the slope still tells the error."""
+
+_USUAL_FALLS = 6.0
+"""How often the friction may fall to 1/e within a step before its polynomial is no good measure of its own error."""
+
+_ROUNDING = 64.0 * 2.0**-52
 
 _CROSSING_TOLERANCE = 1e-9
 """Newton's last step in search of a crossing, as a share of the step."""
@@ -35,6 +41,8 @@ WORKSPACE = np.dtype(
         ("torque", "f8", NODES),
         ("slope", "f8", NODES),
         ("powers", "f8", NODES),
+        ("cubic", "f8", NODES),
+        ("reduced", "f8", (6, 7)),  # a linear system of the 6 states but for the bit speed
         ("state", "f8", STATE),
         ("term", "f8", STATE),
         ("before", "f8", STATE),
@@ -42,6 +50,7 @@ WORKSPACE = np.dtype(
         ("fast_left", "f8", STATE),
         ("speed_samples", "f8", 2 * SAMPLES),  # the last SAMPLES entries mean nothing, nor do those of torques
         ("torque_samples", "f8", 2 * SAMPLES),
+        ("caution", "f8"),  # how much smaller than usual the bounds on errors are, that friction makes grow
         ("contact", CONTACT),
     ],
     align=True,
@@ -58,7 +67,9 @@ def workspace() -> np.ndarray:
     A kernel must not make it for itself: to Numba a record is an address in its array, which does not keep the array,
     so that the memory would be given away while the record is in use.
     """
-    return np.zeros(1, dtype=WORKSPACE)
+    work = np.zeros(1, dtype=WORKSPACE)
+    work["caution"] = 1.0
+    return work
 
 
 @compiled
@@ -83,21 +94,24 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: 
     for j in range(NODES):
         work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
-        error = 0.5 * contact.v_b * _newton_step(table, work)
-        if zone == 0 or error < table.newton_tolerance:
-            return _reach(start, torque, zone, omega_s, table, work)
+        change, largest = _newton_step(table, work)
+        # Far from where the law was linearised its slope there tells nothing: where friction had long fallen, it was 0.
+        told = contact.v_b * largest < _FARTHEST
+        if zone == 0 or (told and 0.5 * contact.v_b * change * work.caution < table.newton_tolerance):
+            return _reach(y, start, torque, zone, contact, table, work)
         for j in range(NODES):
-            if not table.fine and zone * work.speed[j] < omega_s - _CLEARLY_BEYOND:
+            if not table.fine and zone * work.speed[j] < omega_s - table.clearly_beyond:
                 return _crossing(start, zone, omega_s, table, work)
             work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], contact)
     return 0.0
 
 
 @inlined
-def _newton_step(table: Record, work: Record) -> float:
+def _newton_step(table: Record, work: Record) -> tuple[float, float]:
     """One Newton step for speed = linear + node_from_torque @ torque(speed).
 
-    Returns the largest slope times step^2 (N m rad/s), a measure of what the next step would change.
+    Returns the largest slope times step^2 (N m rad/s), a measure of what the next step would change, and the largest
+    step (rad/s).
     The system (1 - A diag(slope)) step = residual is solved by elimination in blocks of two, without
     pivots: the matrix is the identity plus a Radau matrix.
     """
@@ -125,23 +139,30 @@ def _newton_step(table: Record, work: Record) -> float:
     speed[0], speed[1], speed[2], speed[3] = speed[0] + r_0, speed[1] + r_1, speed[2] + r_2, speed[3] + r_3
     torque[0], torque[1], torque[2], torque[3] = T_0 + s_0 * r_0, T_1 + s_1 * r_1, T_2 + s_2 * r_2, T_3 + s_3 * r_3
     upper = max(abs(s_0 * r_0 * r_0), abs(s_1 * r_1 * r_1))
-    largest: float = max(upper, max(abs(s_2 * r_2 * r_2), abs(s_3 * r_3 * r_3)))
-    return largest
+    change = max(upper, max(abs(s_2 * r_2 * r_2), abs(s_3 * r_3 * r_3)))
+    return change, max(max(abs(r_0), abs(r_1)), max(abs(r_2), abs(r_3)))
 
 
 @inlined
-def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record, work: Record) -> float:
+def _reach(
+    y: FloatArray, start: float, torque: float, zone: int, contact: Record, table: Record, work: Record
+) -> float:
     """The share of a solved step over which its solution holds, as `solve_nodes` returns it.
 
     The start of a step is no node, so how far T_r1 there lies from the cubic through its node values (the
     defect, N m) tells how well a cubic follows T_r1.
     """
-    lowest = highest = work.speed[0]
+    omega_s, lowest, highest = contact.omega_s, work.speed[0], work.speed[0]
     defect = torque - POWERS_FROM_NODES[0, 0] * work.torque[0]
     for j in range(1, NODES):
         lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
         defect -= POWERS_FROM_NODES[0, j] * work.torque[j]
-    rough = abs(defect) > table.largest_defect
+    allowed = table.largest_defect / work.caution
+    if zone != 0:
+        allowed /= max(1.0, contact.v_b * (max(highest, start) - min(lowest, start)) / _USUAL_FALLS)
+    rough = not abs(defect) <= allowed
+    if rough and abs(defect) <= allowed + _rounding(y, zone, contact, table, work):
+        rough = False
     if table.fine and rough:
         return 0.0
     nearest = lowest if zone == 1 else -highest
@@ -151,6 +172,24 @@ def _reach(start: float, torque: float, zone: int, omega_s: float, table: Record
         # Slowing down: the speed may dip between two nodes by a fraction of its range.
         rough |= nearest - (max(highest, start) - min(lowest, start)) / 8.0 < omega_s
     return 0.0 if rough else 1.0
+
+
+@compiled
+def rounding_of_speed(y: FloatArray, contact: Record, table: Record) -> float:
+    """What rounding leaves uncertain of x_3 (rad/s), which is counted from the speed reference, beside the string."""
+    largest = float(contact.speed_reference)
+    for i in range(5):
+        largest = max(largest, abs(y[i]) / table.unit[i] * table.unit[2])
+    return _ROUNDING * largest
+
+
+@compiled
+def _rounding(y: FloatArray, zone: int, contact: Record, table: Record, work: Record) -> float:
+    """What rounding makes of T_r1 (N m): in the stick zone it is so steep that it shows that of x_3."""
+    own: float = _ROUNDING * abs(work.torque[0])
+    if zone == 0:
+        own += work.slope[0] * rounding_of_speed(y, contact, table)
+    return own
 
 
 @compiled

@@ -1,4 +1,8 @@
-"""States that are no longer finite: they are found where they arise, and end in one error."""
+"""States that are no longer finite: they are found where they arise, and end in one error.
+
+The stepper leaves NaN where a step is not solved, however short, and infinity where a state has grown beyond all
+bounds.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +14,11 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 from drillrig_env.model import STATE_NAMES, STATE_UNITS
 
+_UNSOLVED = "a step before it does not converge down to 2e-12 of a control period"
+
 
 class NotFiniteError(FloatingPointError):
-    """A state of a rig has become infinite or not a number: its parameters are beyond what can be computed."""
+    """A state of a rig has become infinite, or its next step cannot be solved: this is beyond what can be computed."""
 
 
 def check_finite(
@@ -34,8 +40,9 @@ def check_finite(
     time = np.broadcast_to(times, states.shape[:2])[place, sample]
     rig = place if rigs is None else int(rigs[place])
     seed = f" (seed {seeds[rig]})" if rig < len(seeds) and seeds[rig] is not None else ""
+    reason = "is not finite" if np.isinf(states[place, sample, state]) else f"is not known: {_UNSOLVED}"
     raise NotFiniteError(
         f"{where}: {STATE_NAMES[state]} = {states[place, sample, state]} {STATE_UNITS[state]} "
-        f"of rig {rig}{seed} at {time:g} s is not finite; "
+        f"of rig {rig}{seed} at {time:g} s {reason}; "
         "check the rig's parameters, the gains of its drive, the normal force and the state it began in"
     )

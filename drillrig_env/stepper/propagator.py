@@ -2,27 +2,37 @@
 
 Steps go down and up a ladder of halved lengths. A step is solved with the piece of (4-9) that holds
 where it begins (`drillrig_env.stepper.collocation`), and kept if no node leaves that piece. Otherwise it tells
-where about it meets the kink at |x_3| = omega_s; shorter steps lead up to there, and one of the rung
-_KINK_RUNG leads across, exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that
-shoots through the stick zone, is left to ever shorter steps, the last ones below a microsecond.
+where about it meets the kink at |x_3| = omega_s; shorter steps lead up to there, and a `fine` one leads across,
+exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that shoots through the stick zone, is
+left to ever shorter steps, the last ones below a picosecond. Where not even these are solved, or too many would be
+needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite.
 """
 
 from __future__ import annotations
 
-from math import isfinite
+from math import inf, nan
 
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.friction.law import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
-from drillrig_env.stepper.tables import RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
+from drillrig_env.stepper.tables import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
 
 __all__ = ["WORKSPACE", "advance", "workspace"]
 
 _SAMPLE_UNITS = UNITS // SAMPLES
+_PER_UNIT = 1 << DEPTH
+"""Shortest steps in a unit."""
+
 _STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS
-"""The longest steps that are taken in stick, and across kinks, where no sample may lie inside (`fine` ones)."""
+"""The longest steps that are taken in stick, and across kinks (`fine` ones), in rungs below the first one."""
+
+_LARGEST = 1e100
+"""A state beyond this has overflowed."""
+
+_MOST_STEPS = 1 << 20
+"""Most steps of a period, tried ones counted."""
 
 
 @compiled
@@ -37,37 +47,54 @@ def advance(
     work             a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
                      (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """
-    position, rung, kink = 0, 0, UNITS
-    while position < stop:
+    first = rungs[0].first
+    position, rung, end, end_of_period, tries = 0, first, stop * _PER_UNIT, UNITS * _PER_UNIT, 0
+    kink = end_of_period
+    work.caution = max(1.0, rungs[0].growth * (contact.static - contact.kinetic) * contact.v_b)
+    while position < end:
         zone = zone_of(y[2] + contact.speed_reference, contact.omega_s)
         if zone == 0:
-            rung = rung if rung > _STICK_RUNG else _STICK_RUNG
-        size = UNITS >> rung
-        if position % size != 0 or position + size > stop or (rung < _KINK_RUNG and position + size > kink):
+            rung = rung if rung > first + _STICK_RUNG else first + _STICK_RUNG
+        size = end_of_period >> rung
+        if position % size != 0 or position + size > end or (rung < first + _KINK_RUNG and position + size > kink):
             rung += 1
             continue
-        table, last = rungs[rung], rung == RUNGS - 1
+        table = rungs[rung]
+        tries += 1
         reach = solve_nodes(y, zone, contact, table, work)
-        if reach == 1.0 or last:
+        if reach == 1.0:
             if sampled and rung < SAMPLED_RUNGS:
-                _sample_step(y, contact.speed_reference, sampling[rung], work, position // _SAMPLE_UNITS)
+                _sample_step(y, contact.speed_reference, sampling[rung], work, position // (_SAMPLE_UNITS * _PER_UNIT))
             take_step(y, table, work)
-            if last and not isfinite(y[2]):
-                return  # nothing is left to be found
             climb = 1
-        elif table.fine and step_through_kinks(y, zone, contact, table, work, reach):
+        elif table.fine and step_through_kinks(y, zone, contact, rungs, rung, work, reach):
             climb = rung
+        elif rung == RUNGS - 1 or tries > _MOST_STEPS:
+            _lose(y, work)
+            return
         else:
             if reach > 0.0:
                 kink = position + int(reach * size)
             rung += 1
             continue
         position += size
-        if sampled and rung >= SAMPLED_RUNGS and position % _SAMPLE_UNITS == 0:
-            _sample_state(y, contact.speed_reference, sampling[0], work, position // _SAMPLE_UNITS - 1)
-        rung = rung - climb if rung > climb else 0
+        if sampled and rung >= SAMPLED_RUNGS and position % (_SAMPLE_UNITS * _PER_UNIT) == 0:
+            _sample_state(y, contact.speed_reference, sampling[0], work, position // (_SAMPLE_UNITS * _PER_UNIT) - 1)
+        rung = rung - climb if rung - climb > first else first
         if position > kink:
-            kink = UNITS
+            kink = end_of_period
+
+
+@inlined
+def _lose(y: FloatArray, work: Record) -> None:
+    """Mark a rig whose step is not solved: all states NaN; infinite where one has overflowed."""
+    overflowed = False
+    for i in range(7):
+        overflowed |= not abs(y[i]) <= _LARGEST
+    for i in range(7):
+        y[i] = inf if overflowed else nan
+    for k in range(SAMPLES):
+        work.speed_samples[k] = work.torque_samples[k] = y[2]
 
 
 @inlined

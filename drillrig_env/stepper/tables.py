@@ -16,29 +16,48 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from math import factorial
+from math import ceil, log2
 
 import numpy as np
-from numpy.polynomial import legendre
-from scipy.linalg import expm
 
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.drive import Drive
 from drillrig_env.jit.compiled import inlined
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
-from drillrig_env.parameters import refuse
+from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
+from drillrig_env.stepper.exponentials import NODES, RADAU_NODES, doubled_steps, variation_of_constants
+from drillrig_env.stepper.limits import check_computable
+from drillrig_env.stepper.units import Units, units_of
 
-NODES = 4
-RUNGS = 18
-UNITS = 1 << (RUNGS - 1)
-"""Length of a period in units of the finest step; the rung r has steps of UNITS >> r units."""
+UNIT_RUNG = 17
+UNITS = 1 << UNIT_RUNG
+"""Length of a period in units, the steps of UNIT_RUNG: what parts of a period are counted in."""
+
+DEPTH = 22
+"""Rungs below, for what is over within no time: a bit that shoots through the stick zone, a disc without inertia."""
+
+RUNGS = UNIT_RUNG + DEPTH + 1
 
 SAMPLES = 16
 """Samples of bit speed and string torque taken inside a period, at equal distances."""
 
 LONGEST_PERIOD = 0.1
-"""Longest period (s) that the tolerances were established for."""
+"""Longest step (s, in the rig's own unit of time) that the tolerances were established for."""
+
+_ROUNDING = 1e-9
+
+_USUAL_GROWTH = 20.0
+"""Rate (1/s, in the own unit of time) of a bit that falling friction drives on, above which bounds are tighter."""
+
+_LARGEST_TURN = 1.2
+"""How far (rad) the fastest swing of the string may turn within a step: nodes see no more of it."""
+
+_FASTEST_SWING = 384.0
+"""What swings faster (rad/s, in the rig's own unit of time) hardly moves the bit, and bounds the steps no further."""
+
+_LARGEST_SERIES = 3.0
+"""Largest rate times step of a mode that a Taylor series follows without losing digits."""
 
 TOLERANCE = 1e-6
 """What the error of any speed (rad/s) stays below over 20 s, unless another tolerance is asked for."""
@@ -52,17 +71,6 @@ STATE = 8
 """The 7 states and a pad, so that a row fills whole vector registers."""
 
 
-def _radau_nodes(count: int) -> FloatArray:
-    """The right Radau nodes on (0, 1], the last one being 1: roots of P_n - P_(n-1)."""
-    roots = np.sort(legendre.legroots([0.0] * (count - 1) + [-1.0, 1.0]).real)
-    roots[-1] = 1.0
-    return np.asarray((roots + 1.0) / 2.0)
-
-
-RADAU_NODES = _radau_nodes(NODES)
-POWERS_FROM_NODES = np.linalg.inv(np.vander(RADAU_NODES, increasing=True))
-"""Coefficients of 1, s, s^2, s^3 of the cubic through the node values, over a step of length 1."""
-
 RUNG = np.dtype(
     [
         ("node_from_state", "f8", (7, NODES)),
@@ -73,6 +81,13 @@ RUNG = np.dtype(
         ("rate_from_torque", "f8", STATE),
         ("largest_defect", "f8"),  # N m, of a step that is taken
         ("newton_tolerance", "f8"),  # N m
+        ("clearly_beyond", "f8"),  # rad/s, how far beyond a kink an iterate tells that the step crosses it
+        ("settled", "f8"),  # rad/s, what may be left of the fast settling where the bit leaves the stick zone
+        ("landed", "f8"),  # rad/s, how near to a kink a step that leads there ends
+        ("growth", "f8"),  # caution for a friction that falls by 1 N m s/rad: what it makes of errors
+        ("unit", "f8", STATE),  # of each state
+        ("first", "i8"),  # the rung of the longest steps
+        ("series", "b1"),  # whether a Taylor series over the step keeps its digits
         ("fine", "b1"),  # whether steps lead across kinks, so that their place must be exact
     ],
     align=True,
@@ -116,46 +131,81 @@ class Tables:
 @lru_cache(maxsize=64)
 @np.errstate(over="ignore", invalid="ignore")  # an impossible rig is found out by its first states
 def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Tables:
-    """Build (or recall) the tables for a rig and a period in s; 0 < period <= LONGEST_PERIOD.
+    """Build (or recall) the tables for a rig and a period in s; > 0. Steps are no longer than LONGEST_PERIOD.
 
-    `tolerance` (rad/s) is what the error of any speed stays below over 20 s: 1e-7 to 1e-3. The bounds on
-    a step's errors that keep it there were found by trial, with a margin of 2 or more (see the tests).
+    `tolerance` (rad/s, in the rig's own unit of speed: see `units_of`) is what the error of any speed stays below over
+    20 s: 1e-7 to 1e-3. The bounds on a step's errors that keep it there were found by trial, with a margin of 2 or more
+    (see the tests).
     `drive` takes the place of the rig's own.
     Raises `ValueError` for a value that is not allowed.
     """
     low, high = _TOLERANCES
     if not low <= tolerance <= high:
         raise refuse("simulate", "tolerance", tolerance, "rad/s", f"{low} to {high}")
-    if not 0.0 < period <= LONGEST_PERIOD:
-        raise ValueError(f"step_tables: period = {period} s is not allowed; allowed: > 0 and <= {LONGEST_PERIOD} s")
+    if not POSITIVE.holds(period):
+        raise refuse("step_tables", "period", period, "s", POSITIVE)
+    check_computable(rig, drive)
+    units = units_of(rig)
+    M, b, step = _in_units(rig, drive, units, period)
     rungs = np.zeros(RUNGS, dtype=RUNG)
-    share = tolerance / TOLERANCE
-    rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5, share * 1e-9
-    rungs["fine"][SAMPLED_RUNGS:] = True
+    _write_bounds(rungs, rig, units, tolerance / TOLERANCE)
+    longest = min(LONGEST_PERIOD, _LARGEST_TURN / min(max(_swinging(M), 1e-9), _FASTEST_SWING))
+    first = max(0, ceil(log2(step / longest) - _ROUNDING))
+    fastest = np.abs(np.linalg.eigvals(M)).max() * step
+    rungs["first"], rungs["fine"][first + SAMPLED_RUNGS :] = first, True
+    rungs["series"] = fastest / 2.0 ** np.arange(RUNGS) <= _LARGEST_SERIES
+    per_state, per_torque = np.outer(1.0 / units.states, units.states), units.states / units.torque
+    tables = variation_of_constants(M, b, step, RADAU_NODES, UNIT_RUNG + 1)
+    deep = doubled_steps(M, b, step / (2.0 * UNITS), RADAU_NODES, DEPTH)
+    for r, (from_state, from_torque) in enumerate((*zip(*tables, strict=True), *zip(*deep, strict=True))):
+        rungs[r]["node_from_state"] = from_state[:, 2, :].T * per_state[:, 2, None]
+        rungs[r]["node_from_torque"] = from_torque[:, 2, :] * per_torque[2]
+        rungs[r]["state_from_state"][:, :7] = from_state[-1].T * per_state
+        rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T * per_torque
+        rungs[r]["rate_from_state"][:, :7] = jacobian(rig, drive=drive).T * (period / 2**r)
+        rungs[r]["rate_from_torque"][:7] = friction_input(rig) * (period / 2**r)
     sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
     speed_row, torque_row = np.eye(7)[2], torque_into_string(rig, np.eye(7))
-    for r in range(RUNGS):
-        step = period / 2**r
-        from_state, from_torque = _variation_of_constants(rig, drive, step, RADAU_NODES)
-        rungs[r]["node_from_state"] = from_state[:, 2, :].T
-        rungs[r]["node_from_torque"] = from_torque[:, 2, :]
-        rungs[r]["state_from_state"][:, :7] = from_state[-1].T
-        rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T
-        rungs[r]["rate_from_state"][:, :7] = jacobian(rig, drive=drive).T * step
-        rungs[r]["rate_from_torque"][:7] = friction_input(rig) * step
-        if r < SAMPLED_RUNGS:
-            count = SAMPLES >> r
-            from_state, from_torque = _variation_of_constants(rig, drive, step, np.arange(1, count + 1) / count)
-            for name, row in (("speed", speed_row), ("torque", torque_row)):
-                sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
-                sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
-            sampling[r]["torque_row"], sampling[r]["torque_at_rest"] = torque_row, rig.T_r2
+    for r in range(SAMPLED_RUNGS):
+        count = SAMPLES >> r
+        times = np.arange(1, count + 1) / count
+        (from_state,), (from_torque,) = variation_of_constants(M, b, step / 2**r, times)
+        from_state, from_torque = from_state * per_state.T, from_torque * per_torque[:, None]
+        for name, row in (("speed", speed_row), ("torque", torque_row)):
+            sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
+            sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
+        sampling[r]["torque_row"], sampling[r]["torque_at_rest"] = torque_row, rig.T_r2
     rest = frictionless_state(rig, 0.0, drive)
     shift = np.zeros(1, dtype=SHIFT)
-    shift["at_rest"][0, :7], shift["per_speed"][0, :7] = rest, frictionless_state(rig, 1.0, drive) - rest
+    shift["at_rest"][0, :7], shift["per_speed"][0, :7] = (
+        rest,
+        (frictionless_state(rig, units.speed, drive) - rest) / units.speed,
+    )
     for table in (rungs, sampling, shift):
         table.flags.writeable = False
     return Tables(rig, drive, period, rungs, sampling, shift)
+
+
+def _in_units(rig: Rig, drive: Drive | None, units: Units, period: float) -> tuple[FloatArray, FloatArray, float]:
+    """Jacobian, input of the friction torque and period in the rig's own units."""
+    M = jacobian(rig, drive=drive) * np.outer(1.0 / units.states, units.states) * units.time
+    return M, friction_input(rig) / units.states * (units.torque * units.time), period / units.time
+
+
+def _swinging(M: FloatArray) -> float:
+    """The highest frequency at which the string swings with its top held, in rad/s; 0 where damping lets none."""
+    modes = np.linalg.eigvals(M[:4, :4])
+    swing = modes[np.abs(modes.imag) > np.abs(modes.real)]
+    return float(np.abs(swing.imag).max(initial=0.0))
+
+
+def _write_bounds(rungs: np.ndarray, rig: Rig, units: Units, share: float) -> None:
+    """What the stepper calls small, for a tolerance that is a share of TOLERANCE."""
+    rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5 * units.torque, share * 1e-9 * units.torque
+    rungs["clearly_beyond"], rungs["settled"] = 0.02 * units.speed, 1e-10 * units.speed
+    rungs["growth"] = units.time / (_USUAL_GROWTH * rig.J_1)
+    rungs["landed"] = 1e-6 * units.speed
+    rungs["unit"][:, :7], rungs["unit"][:, 7] = units.states, 1.0
 
 
 @inlined
@@ -170,21 +220,3 @@ def to_states(y: FloatArray, contact: Record, shift: Records, states: FloatArray
     """The way back from `y` to the 7 `states`."""
     for i in range(7):
         states[i] = y[i] + (shift[0].at_rest[i] + shift[0].per_speed[i] * contact.speed_reference)
-
-
-def _variation_of_constants(
-    rig: Rig, drive: Drive | None, step: float, times: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """State at the fractions `times` of a step, from the state at its start and T_r1 at the nodes.
-
-    Returns arrays of shape (times, 7, 7) and (times, 7, NODES). The integrals against the powers of
-    s / step come out of one augmented matrix exponential a time; the inverse Vandermonde matrix of
-    the nodes turns them into integrals against the interpolating polynomial.
-    """
-    augmented = np.zeros((7 + NODES, 7 + NODES))
-    augmented[:7, :7] = jacobian(rig, drive=drive) * step
-    augmented[:7, 7] = friction_input(rig) * step
-    augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
-    exponentials = expm(augmented * times[:, None, None])
-    powers = exponentials[:, :7, 7:] * [factorial(k) for k in range(NODES)]
-    return exponentials[:, :7, :7], powers @ POWERS_FROM_NODES

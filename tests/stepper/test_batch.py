@@ -38,7 +38,7 @@ def test_sample_periods_beyond_the_longest_step_are_cut_into_the_fewest_equal_pa
     """As one rig alone, bit for bit; 0.1 + 0.2 is above 0.3 by rounding alone, and takes three steps of 0.1 s."""
     batch = simulate_batch(None, Friction(FORCES), speed_reference=3.0, duration=3 * period, sample_period=period)
     start = np.broadcast_to(frictionless_state(Rig(), 0.0), (3, 7))
-    step = float(np.round(period, 10)) / parts
+    step = period / parts
     fine = advance_batch(Rig(), Friction(FORCES), start, 3.0, period=step, periods=3 * parts, every=parts)
     np.testing.assert_array_equal(batch[:, 1:], fine)
     alone = simulate(None, Friction(20.0), speed_reference=3.0, duration=3 * period, sample_period=period)

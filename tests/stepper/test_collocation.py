@@ -6,8 +6,9 @@ from scipy.integrate import solve_ivp
 
 from drillrig_env import Friction, Rig
 from drillrig_env.model import friction_input, jacobian
-from drillrig_env.stepper.collocation import WORKSPACE, _crossing, solve_nodes
-from drillrig_env.stepper.tables import RADAU_NODES, step_tables
+from drillrig_env.stepper.collocation import _crossing, solve_nodes, workspace
+from drillrig_env.stepper.exponentials import RADAU_NODES
+from drillrig_env.stepper.tables import step_tables
 
 RIG, OMEGA_REF = Rig(), 2.0
 CONTACT = Friction(20.0).contacts(RIG, OMEGA_REF)[0]
@@ -29,7 +30,7 @@ def table_of(rung, fine):
 
 
 def solved(y, zone, rung, fine=True):
-    work = np.zeros(1, WORKSPACE)[0]
+    work = workspace()[0]
     reach = solve_nodes(np.array([*y, 0.0]), zone, CONTACT, table_of(rung, fine), work)
     return reach, work
 
@@ -75,7 +76,7 @@ def test_a_kink_is_met_where_the_bit_reaches_the_edge_of_the_stick_zone(rung):
 
 
 def nodes_at(speeds):
-    work = np.zeros(1, WORKSPACE)[0]
+    work = workspace()[0]
     work["speed"] = speeds
     return work
 

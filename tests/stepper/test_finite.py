@@ -10,12 +10,7 @@ import pytest
 from drillrig_env import Friction, Rig, make_sb3, simulate, simulate_batch
 from drillrig_env.stepper.finite import NotFiniteError, check_finite
 
-IMPOSSIBLE = [Rig(J_1=1e-300), Rig(k_i=1e9), Rig(k_1=1e300)]
-
-
-def names(rig):
-    (name,) = (name for name, value in vars(rig).items() if value != getattr(Rig(), name))
-    return name
+RUNAWAY = Rig(k_i=1e9)
 
 
 def test_first_rig_and_sample_are_named():
@@ -27,12 +22,11 @@ def test_first_rig_and_sample_are_named():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("rig", IMPOSSIBLE, ids=names)
-def test_impossible_rig_is_refused_by_simulation_and_environment(rig):
+def test_rig_that_runs_away_is_an_error_of_simulation_and_environment():
     with pytest.raises(NotFiniteError, match="rig 0"):
-        simulate(rig, duration=5.0)
+        simulate(RUNAWAY, duration=5.0)
     with pytest.raises(NotFiniteError, match="rig 0"):
-        _play(gym.make("DrillRig-v0", rig=rig))
+        _play(gym.make("DrillRig-v0", rig=RUNAWAY))
 
 
 @pytest.mark.filterwarnings("error")
@@ -58,7 +52,7 @@ def test_impossible_load_never_reaches_an_observer(start):
 
 def test_stable_baselines_gets_the_error_too():
     pytest.importorskip("stable_baselines3")
-    env = make_sb3(2, seed=3, rig=Rig(k_1=1e300))
+    env = make_sb3(2, seed=3, rig=RUNAWAY)
     env.reset()
     env = pickle.loads(pickle.dumps(env))
     with pytest.raises(NotFiniteError, match=r"rig 0 \(seed 3\)"):
@@ -74,7 +68,7 @@ def _play(env, options=None, action=np.zeros(1, dtype=np.float32)):  # noqa: B00
 
 
 def test_time_that_is_named_is_the_first_at_which_the_state_is_lost():
-    runaway = {"rig": Rig(k_p=0.0, k_i=1000.0), "speed_reference": 3.0, "sample_period": 1.0}
+    runaway = {"rig": Rig(k_p=0.0, k_i=300.0), "speed_reference": 3.0, "sample_period": 1.0}
     with pytest.raises(NotFiniteError) as caught:
         simulate_batch(**runaway, duration=60.0)
     time = float(re.search(r"at ([\d.]+) s", str(caught.value))[1])
@@ -82,3 +76,10 @@ def test_time_that_is_named_is_the_first_at_which_the_state_is_lost():
     assert np.isfinite(simulate_batch(**runaway, duration=time - 1.0)).all()
     with pytest.raises(NotFiniteError, match=f"at {time:g} s"):
         simulate_batch(**runaway, duration=time)
+
+
+def test_step_that_is_not_solved_is_told_from_overflow():
+    states = np.zeros((1, 2, 7))
+    states[0, 1] = np.nan
+    with pytest.raises(NotFiniteError, match="twist_12 = nan rad of rig 0 at 1 s is not known: a step before it"):
+        check_finite(states, np.arange(2.0), "here")

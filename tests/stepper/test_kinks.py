@@ -7,7 +7,7 @@ from drillrig_env import Friction, Rig
 from drillrig_env.model import wound_up
 from drillrig_env.reference import radau
 from drillrig_env.simulation import simulate
-from drillrig_env.stepper.collocation import WORKSPACE, solve_nodes
+from drillrig_env.stepper.collocation import solve_nodes, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.tables import STATE, from_equilibrium, step_tables, to_states
 
@@ -24,11 +24,11 @@ def after(state, seconds):
 
 def stepped(state, zone):
     """A step of STEP through the kinks: whether it was taken, and the state then."""
-    y, states, work = np.zeros(STATE), np.zeros(STATE), np.zeros(1, WORKSPACE)[0]
+    y, states, work = np.zeros(STATE), np.zeros(STATE), workspace()[0]
     from_equilibrium(np.append(state, 0.0), CONTACT, LADDER.shift, y)
     reach = solve_nodes(y, zone, CONTACT, LADDER.rungs[RUNG], work)
     assert reach < 1.0  # there is a kink on the way
-    taken = step_through_kinks(y, zone, CONTACT, LADDER.rungs[RUNG], work, reach)
+    taken = step_through_kinks(y, zone, CONTACT, LADDER.rungs, RUNG, work, reach)
     to_states(y, CONTACT, LADDER.shift, states)
     return taken, states[:7]
 
@@ -69,11 +69,11 @@ def test_step_that_begins_with_the_fast_settling_of_a_stick_is_the_solution():
 def test_state_is_left_as_it_was_where_the_step_cannot_be_taken():
     """From a node that tells of no crossing: the reach is 0 while the bit slips."""
     state = np.array([0.1, -0.5, 0.004, 0.0, 2.0, 0.8, 4.0])
-    y, work = np.zeros(STATE), np.zeros(1, WORKSPACE)[0]
+    y, work = np.zeros(STATE), workspace()[0]
     from_equilibrium(np.append(state, 0.0), CONTACT, LADDER.shift, y)
     before = y.copy()
     solve_nodes(y, 1, CONTACT, LADDER.rungs[RUNG], work)
-    assert not step_through_kinks(y, 1, CONTACT, LADDER.rungs[RUNG], work, 0.0)
+    assert not step_through_kinks(y, 1, CONTACT, LADDER.rungs, RUNG, work, 0.0)
     np.testing.assert_array_equal(y, before)
 
 

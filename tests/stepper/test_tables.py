@@ -7,14 +7,13 @@ from scipy.linalg import expm
 
 from drillrig_env import Friction, Rig
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
+from drillrig_env.stepper.exponentials import NODES, POWERS_FROM_NODES, RADAU_NODES
 from drillrig_env.stepper.tables import (
-    NODES,
-    POWERS_FROM_NODES,
-    RADAU_NODES,
     RUNGS,
     SAMPLED_RUNGS,
     SAMPLES,
     STATE,
+    UNIT_RUNG,
     UNITS,
     from_equilibrium,
     step_tables,
@@ -70,7 +69,7 @@ def test_samples_lie_at_equal_distances_the_last_at_the_end(rung):
 
 def test_rungs_are_halves_down_to_one_unit():
     assert len(TABLES.rungs) == RUNGS
-    assert 2 ** (RUNGS - 1) == UNITS
+    assert 2**UNIT_RUNG == UNITS
     for rung in (0, 3, RUNGS - 1):
         step = 0.08 / 2**rung
         np.testing.assert_allclose(TABLES.rungs[rung]["rate_from_state"][:, :7], jacobian(RIG).T * step)

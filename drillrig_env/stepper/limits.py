@@ -1,0 +1,83 @@
+"""Rigs that cannot be computed: what is too fast for the shortest step, or too large for a double beside the rest."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from functools import lru_cache
+from math import inf, isfinite, log, sqrt
+
+import numpy as np
+
+from drillrig_env.drive import Drive
+from drillrig_env.model import STATE_NAMES, STATE_UNITS, frictionless_state
+from drillrig_env.rig import Rig
+from drillrig_env.stepper.units import time_of
+
+FASTEST_RATE = 1e12
+"""Rates (1/s, in the rig's own unit of time) that the shortest steps still resolve."""
+
+_DAMPED = 1e3
+"""How much slower a rate of damping must be, beside which doubles must keep the other disc's damping."""
+
+_LARGEST_STATE = 1e12
+"""A state beside which doubles resolve 1e-4 of its unit."""
+
+_CHAPTER = Rig()
+
+
+@lru_cache(maxsize=1024)
+def check_computable(rig: Rig, drive: Drive | None = None) -> None:
+    """Raise `ValueError`, naming the parameter, for a rig whose rates or states at rest are beyond what doubles hold.
+
+    `drive` takes the place of the rig's own.
+    """
+    time = time_of(rig)
+    k_p, k_i, K_E = (drive.k_p, drive.k_i, drive.remaining_K_E(rig)) if drive else (rig.k_p, rig.k_i, rig.K_E)
+    with np.errstate(all="ignore"):
+        rates = {
+            "k_1 J_1": _root(rig.k_1, rig.J_1),
+            "k_1 J_2": _root(rig.k_1, rig.J_2),
+            "k_2 J_2": _root(rig.k_2, rig.J_2),
+            "k_2 J_3": _root(rig.k_2, rig.J_3),
+            "d_1 J_1": _DAMPED * _ratio(rig.d_1, rig.J_1),
+            "d_1 J_2": _DAMPED * _ratio(rig.d_1, rig.J_2),
+            "d_2 J_2": _DAMPED * _ratio(rig.d_2, rig.J_2),
+            "d_2 J_3": _DAMPED * _ratio(rig.d_2, rig.J_3),
+            "eta C_m J_3": rig.eta * _ratio(rig.eta, 1.0) * _ratio(rig.C_m, rig.J_3),
+            "R L": _ratio(rig.R, rig.L),
+            "eta K_T k_p L J_3": _root(rig.eta, rig.L) * _root(rig.K_T, rig.J_3) * sqrt(k_p),
+            "eta K_T K_E L J_3": rig.eta * _root(rig.K_T, rig.L) * _root(K_E, rig.J_3),
+            "eta K_T k_i L J_3": (_ratio(rig.eta, rig.L) * _ratio(rig.K_T, rig.J_3) * k_i) ** (1.0 / 3.0),
+        }
+    names, rate = max(rates.items(), key=lambda item: item[1] if isfinite(item[1]) else inf)
+    if not (isfinite(time) and time > 0.0 and rate * time <= FASTEST_RATE):
+        where = names if isfinite(time) and time > 0.0 else "J_1 J_2 k_1 k_2"
+        _refuse(rig, drive, where, f"a value with which no rate in the rig exceeds {FASTEST_RATE:g} / {time:g} s")
+    at_speed = np.abs(frictionless_state(rig, 1.0 / time, drive))
+    if not np.all(at_speed[[0, 1, 6]] <= _LARGEST_STATE):
+        state = int(np.flatnonzero(~(at_speed <= _LARGEST_STATE))[0])
+        reason = f"a value with which {STATE_NAMES[state]} stays below {_LARGEST_STATE:g} {STATE_UNITS[state]}"
+        _refuse(rig, drive, {0: "k_1", 1: "T_r2 k_2"}.get(state, "R C_m T_f K_E eta K_T k_i"), reason)
+
+
+def _ratio(above: float, below: float) -> float:
+    return float(np.float64(above) / np.float64(below))
+
+
+def _root(above: float, below: float) -> float:
+    return sqrt(_ratio(above, below))
+
+
+def _refuse(rig: Rig, drive: Drive | None, names: str, allowed: str) -> None:
+    """Refuse the one of some parameters that lies farthest from the chapter's value."""
+    own = {} if drive is None else {"k_p": drive.k_p, "k_i": drive.k_i}
+
+    def distance(name: str) -> float:
+        value, usual = own.get(name, getattr(rig, name)), getattr(_CHAPTER, name)
+        return abs(log(value) - log(usual)) if value > 0.0 and usual > 0.0 else 0.0
+
+    name = max(names.split(), key=distance)
+    unit = next(f" {item.metadata['unit']}".rstrip() for item in fields(rig) if item.name == name)
+    where = "Drive" if name in own else "Rig"
+    value = own.get(name, getattr(rig, name))
+    raise ValueError(f"{where}: {name} = {value:g}{unit} is beyond what can be computed; allowed: {allowed}")
