@@ -28,13 +28,13 @@ class HardRig:
 
 def results_with_both(docs: Path, agents: Mapping[str, str]) -> dict[str, Results]:
     """The stored results by agent, where they hold the law as well. `agents` are their environments by name."""
-    found = {}
-    for name, env_id in agents.items():
-        folder = docs / "results" / env_id
-        results = read(folder) if folder.is_dir() else Results()
-        if {name, LAW} <= set(results.policies):
-            found[name] = results
-    return found
+    folders = {env_id: docs / "results" / env_id for env_id in agents.values()}
+    stored = {env_id: read(folder) for env_id, folder in folders.items() if folder.is_dir()}
+    return {
+        name: stored[env_id]
+        for name, env_id in agents.items()
+        if env_id in stored and {name, LAW} <= set(stored[env_id].policies)
+    }
 
 
 def hard_rig(results: Results, agent: str) -> HardRig | None:

@@ -14,13 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from baselines import BASELINES, make
-from baselines.tune import starting_point, tuning_suite
+from baselines import BASELINES
+from baselines.tune import scores_of, starting_point, tuning_suite
 from drillrig_env.allowed import COUNT, Allowed
 from drillrig_env.command_line import Parser, command
 from drillrig_env.env.sensors import SENSORS
-from drillrig_env.evaluation.runner import run
-from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.evaluation.tables import HARDNESS
 from drillrig_env.flags import of_kind
@@ -80,7 +78,7 @@ def tried(
     """Hardness of the suite's rigs, shape (n,), and which of them each setting mitigates, shape (settings, n)."""
     mitigated = []
     for number, values in enumerate(settings):
-        scores = score(run(make(controller, sensors=sensors, **values), suite, sensors=sensors))
+        scores = scores_of(controller, values, sensors, suite)
         mitigated.append(scores["mitigated"].astype(np.bool_))
         if progress:
             progress.show(controller, number + 1, len(settings))

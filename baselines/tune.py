@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from scipy.optimize import Bounds, differential_evolution
@@ -58,10 +59,16 @@ def tuning_suite(name: str, rigs: int, first_seed: int = TUNING_SEEDS.start) -> 
     return replace(suite(name, rigs), first_seed=first_seed)
 
 
+def scores_of(
+    controller: str, values: Mapping[str, float], sensors: str, chosen: Suite
+) -> dict[str, npt.NDArray[np.generic]]:
+    """Every score of a baseline with these values, an entry a rig of the suite."""
+    return score(run(make(controller, sensors=sensors, **values), chosen, sensors=sensors, threads=1))
+
+
 def measure(controller: str, values: Mapping[str, float], sensors: str, chosen: Suite) -> dict[str, float]:
     """Shares mitigated (all, below and above omega_c) and mean cost of a baseline with these values."""
-    policy = make(controller, sensors=sensors, **values)
-    scores = score(run(policy, chosen, sensors=sensors, threads=1))
+    scores = scores_of(controller, values, sensors, chosen)
     mitigated, below = scores["mitigated"], scores["region"] == "below"
     return {
         "mitigated": round(float(mitigated.mean()), 4),

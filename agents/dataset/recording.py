@@ -14,7 +14,6 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.scores import describe
-from drillrig_env.friction import Friction
 from drillrig_env.policy import Policy
 
 INFOS = ("bit_speed", "normal_force", "is_success")
@@ -94,8 +93,7 @@ def record(
 
 def _about(core: EpisodeBatch, first_seed: int, rewards: FloatArray) -> dict[str, npt.NDArray[Any]]:
     rigs = core.episodes
-    friction = Friction(*(rigs[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b")))
-    described = describe(core.rig, friction, rigs["speed_target"].copy())
+    described = describe(core.rig, core.friction, rigs["speed_target"].copy())
     found = {
         **described,
         "seed": np.arange(first_seed, first_seed + len(core)),

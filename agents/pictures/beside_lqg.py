@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
 from agents.beside_lqg import LAW, hard_rig
+from agents.pictures.one_rig import draw_speeds
 from agents.policy.run_folder import TRAINED, read_config
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.kernel import CONTROL_PERIOD
@@ -41,7 +42,9 @@ def plot_beside(agent: str, results: Results, trained: Path = TRAINED) -> Pictur
     figure = new_figure(2.6)
     grid = figure.subplot_mosaic([["law", "rates"], ["agent", "rates"]], width_ratios=(1.75, 1.0))
     for panel, name, episodes in (("law", LAW, under_law), ("agent", agent, under_agent)):
-        _speeds(grid[panel], name, episodes, rig.speed_target)
+        draw_speeds(grid[panel], episodes, CONTROL_PERIOD * episodes.average.shape[1])
+        grid[panel].set_title(name)
+        grid[panel].set_ylabel("rad/s")
     grid["law"].sharex(grid["agent"])
     grid["law"].tick_params(labelbottom=False)
     top = 1.1 * max(float(one.highest.max()) for one in (under_law, under_agent))
@@ -89,16 +92,6 @@ def _rigs(results: Results, name: str) -> int:
 
 def _made(contestant: Contestant, alone: Suite) -> Policy:
     return next(iter(contestant.members.values()))(alone)
-
-
-def _speeds(panel: Axes, name: str, episodes: Episodes, target: float) -> None:
-    time = CONTROL_PERIOD * np.arange(1, episodes.average.shape[1] + 1)
-    panel.plot(time, episodes.average[0], color=BLUE, lw=0.8, label="bit speed")
-    panel.plot(time, episodes.speed_reference[0], color=VERMILLION, lw=1.1, label=r"speed reference $\omega_{ref}$")
-    panel.axhline(target, color=DARK, lw=0.9, ls=(0, (4, 2)), label=r"target $\omega^*$")
-    panel.set_title(name)
-    panel.set_ylabel("rad/s")
-    panel.set_xlim(0.0, float(time[-1]))
 
 
 def _rates(panel: Axes, agent: str, listening: Listening, slew_limit: float, episodes: Episodes) -> float:

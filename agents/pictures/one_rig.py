@@ -53,8 +53,7 @@ def typical_rig() -> TypicalRig:
     core = EpisodeBatch(suite.rigs, scenario=suite.scenario)
     options = {**STICKING, "start": "steady"}  # no start needs to be run to know the rigs
     core.reset(np.arange(suite.rigs), first_uniforms(suite.first_seed, suite.rigs), options)
-    friction = Friction(*(core.episodes[name] for name in _CONTACT))
-    rigs = describe(core.rig, friction, core.episodes["speed_target"])
+    rigs = describe(core.rig, core.friction, core.episodes["speed_target"])
     place = typical_rigs(rigs)["below"]
     own = {name: float(values[place]) for name, values in rigs.items() if name != "region"}
     contact = Friction(*(own[name] for name in _CONTACT))
@@ -73,8 +72,11 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
     highest = 0.0
     for column, (name, (policy, sensors)) in enumerate(policies.items()):
         episodes = run(policy, alone, sensors=sensors)
-        _speeds(panels[0, column], episodes, typical)
-        _torque(panels[1, column], episodes)
+        draw_speeds(panels[0, column], episodes, _SHOWN)
+        panels[0, column].axhline(
+            typical.critical_speed, color=DARK, lw=0.9, ls=(0, (1, 1.5)), label=r"critical speed $\omega_c$"
+        )
+        _torque(panels[1, column], episodes, _SHOWN)
         highest = max(highest, float(episodes.highest.max()))
         privileged = " *" if getattr(policy, "privileged", ()) else ""
         calm = float(time_to_calm(episodes)[0])
@@ -93,24 +95,24 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
     return Picture(figure, caption)
 
 
-def _speeds(panel: Axes, episodes: Episodes, typical: TypicalRig) -> None:
-    time = _times(episodes)
-    shown = len(time)
-    panel.plot(time, episodes.average[0, :shown], color=BLUE, lw=0.9, label="bit speed")
-    reference = episodes.speed_reference[0, :shown]
+def draw_speeds(panel: Axes, episodes: Episodes, shown: float) -> None:
+    """Bit speed, speed reference and target of the first rig over the first `shown` s."""
+    time = _times(episodes, shown)
+    panel.plot(time, episodes.average[0, : len(time)], color=BLUE, lw=0.9, label="bit speed")
+    reference = episodes.speed_reference[0, : len(time)]
     panel.plot(time, reference, color=VERMILLION, lw=1.2, label=r"speed reference $\omega_{ref}$")
-    panel.axhline(typical.speed_target, color=DARK, lw=0.9, ls=(0, (4, 2)), label=r"target $\omega^*$")
-    panel.axhline(typical.critical_speed, color=DARK, lw=0.9, ls=(0, (1, 1.5)), label=r"critical speed $\omega_c$")
-    panel.set_xlim(0.0, _SHOWN)
+    target = float(episodes.speed_target[0])
+    panel.axhline(target, color=DARK, lw=0.9, ls=(0, (4, 2)), label=r"target $\omega^*$")
+    panel.set_xlim(0.0, shown)
 
 
-def _torque(panel: Axes, episodes: Episodes) -> None:
-    time = _times(episodes)
+def _torque(panel: Axes, episodes: Episodes, shown: float) -> None:
+    time = _times(episodes, shown)
     panel.plot(time, episodes.torque_into_string[0, : len(time)], color=PURPLE)
     panel.set_xlabel(TIME)
     panel.set_xticks([0, 20, 40])
 
 
-def _times(episodes: Episodes) -> np.ndarray:
-    steps = min(episodes.lowest.shape[1], round(_SHOWN / CONTROL_PERIOD))
+def _times(episodes: Episodes, shown: float) -> np.ndarray:
+    steps = min(episodes.lowest.shape[1], round(shown / CONTROL_PERIOD))
     return np.arange(1, steps + 1) * CONTROL_PERIOD

@@ -39,9 +39,8 @@ class Anchor(BaseCallback):
         model: Any = self.model
         if self.num_timesteps == 0:
             save_model(self.path, model)
-        with (
-            torch.random.fork_rng()
-        ):  # what it makes of it is overwritten, and a resumed training draws on as an uncut one
+        # The first weights are overwritten at once: a resumed training draws on as an uncut one.
+        with torch.random.fork_rng():
             first = actor_of(load_weights(self.path, self.config))
         actor = actor_of(model)
         optimiser = model.policy.optimizer if isinstance(model, OnPolicyAlgorithm) else model.actor.optimizer

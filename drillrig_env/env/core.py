@@ -21,6 +21,7 @@ from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
 from drillrig_env.env.starts import begin_episodes
 from drillrig_env.env.state import EnvironmentState
 from drillrig_env.env.task import Task, TaskLike
+from drillrig_env.friction import Friction
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked
@@ -191,6 +192,11 @@ class EpisodeBatch(PlaysTask):
         if state.task is not self._task:  # scenario, reward and slew limit may differ
             self._task = state.task
             self._write_settings()
+
+    @property
+    def friction(self) -> Friction:
+        """The friction of all rigs as it is now, a batch that stays as it is."""
+        return Friction(*(self.episodes[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b")))
 
     def info(self) -> dict[str, npt.NDArray[Any]]:
         """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""

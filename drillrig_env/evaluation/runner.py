@@ -119,6 +119,4 @@ def run(
         traces["top_speed"][:, step] = core.episodes["state"][:, STATE_NAMES.index("top_speed")]
         if progress:
             progress(step + 1, core.steps)
-    rigs = core.episodes
-    friction = Friction(*(rigs[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b")))
-    return Episodes(core.rig, rigs["speed_target"].copy(), friction, start, **traces)
+    return Episodes(core.rig, core.episodes["speed_target"].copy(), core.friction, start, **traces)

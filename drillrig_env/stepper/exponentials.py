@@ -58,13 +58,17 @@ def variation_of_constants(
 
 def _taken(M: FloatArray, b: FloatArray, step: float, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The same for one step, by `expm`."""
-    augmented = np.zeros((7 + NODES, 7 + NODES))
-    augmented[:7, :7] = M * step
-    augmented[:7, 7] = b * step
-    augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
-    exponentials = expm(augmented * times[:, None, None])
+    exponentials = expm(_augmented(M * step, b * step) * times[:, None, None])
     powers = exponentials[:, :7, 7:] * [factorial(k) for k in range(NODES)]
     return exponentials[:, :7, :7], powers @ POWERS_FROM_NODES
+
+
+def _augmented(M: FloatArray, b: FloatArray) -> FloatArray:
+    """The matrix whose exponential holds the integrals of b against 1, s, s^2 / 2, s^3 / 6 beside that of M."""
+    augmented = np.zeros((7 + NODES, 7 + NODES))
+    augmented[:7, :7], augmented[:7, 7] = M, b
+    augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
+    return augmented
 
 
 def doubled_steps(
@@ -74,9 +78,7 @@ def doubled_steps(
 
     Damping between two discs, as fast as that, rounds what they do in common: where modes are fast, digits are longer.
     """
-    augmented = np.zeros((7 + NODES, 7 + NODES))
-    augmented[:7, :7], augmented[:7, 7] = M, b
-    augmented[range(7, 6 + NODES), range(8, 7 + NODES)] = 1.0
+    augmented = _augmented(M, b)
     norm = np.abs(augmented).sum(axis=1).max() * step
     halvings = max(rungs - 1, int(np.ceil(np.log2(norm / _SMALL_NORM))))
     augmented = augmented.astype(np.longdouble) if norm > _LARGEST_NORM else augmented
