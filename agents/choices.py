@@ -39,8 +39,8 @@ def choices(docs: Path) -> str:
         return ""
     return (
         "## What each choice is worth\n\n"
-        f"The recipe of `ppo` with one piece changed at a time, {_steps(settings)} steps by trial in place of those of "
-        "the shipped agent. Mitigated shares on rigs drawn as in `default`, in all and below ω_c, in `wide` and in "
+        "The recipe of `ppo` with one piece changed at a time, with fewer steps by trial than the shipped agent had. "
+        "Mitigated shares on rigs drawn as in `default`, in all and below ω_c, in `wide` and in "
         f"`load`; time to calm and cost in `default`. {_how(settings)}\n\n{_table('choice', _ABLATED, content)}\n"
     )
 
@@ -78,21 +78,17 @@ def _how(settings: Iterable[Mapping[str, Any]]) -> str:
     )
 
 
-def _steps(settings: Iterable[Mapping[str, Any]]) -> str:
-    numbers = {one["hyperparameters"]["n_timesteps"] for one in settings}
-    return markdown.listed([f"{number:,}" for number in sorted(numbers)], "or")
-
-
 def _table(what: str, scores: Mapping[str, Score], content: Mapping[str, Any]) -> str:
     """A row a setting, then the policies that are not trained."""
-    headings = [what, "seeds", *scores, "training, min"]
+    headings = [what, "steps", "seeds", *scores, "training, min"]
     rows = []
     for one in content["settings"].values():
         runs = one["runs"].values()
         minutes = _cell([run["seconds"] / 60 for run in runs], 1)
-        rows.append([one["words"], len(runs), *_cells([run["scores"] for run in runs], scores), minutes])
+        steps = f"{one['hyperparameters']['n_timesteps']:,}"
+        rows.append([one["words"], steps, len(runs), *_cells([run["scores"] for run in runs], scores), minutes])
     for one in content["beside"].get("policies", {}).values():
-        rows.append([one["words"], "", *_cells([one["scores"]], scores), ""])
+        rows.append([one["words"], "", "", *_cells([one["scores"]], scores), ""])
     return markdown.table(headings, rows)
 
 

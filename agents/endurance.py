@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from agents.policy.action_zero import ActionZero
 from agents.policy.agent import Agent
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
@@ -22,10 +23,13 @@ from drillrig_env.verdict import WINDOW, is_mitigated
 TIMES = (60.0, 120.0, 300.0, 600.0)
 """When the verdict is asked for, s."""
 
+ENDURING = 200
+"""Rigs that are put through that."""
+
 
 def endurance(
-    agent: Agent,
-    rigs: int = 200,
+    agent: Agent | ActionZero,
+    rigs: int = ENDURING,
     times: Sequence[float] = TIMES,
     progress: Callable[[int, int], object] | None = None,
 ) -> dict[str, float]:

@@ -180,7 +180,7 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) 
                 {**seeds["pooled"]["default"]["main"], **seeds["pooled"]["default"]["others"]}
             )
             for name, seeds in found.items()
-            if bool(read_config(trained / name)["env_kwargs"].get("drive")) is soft
+            if _is_soft(trained, name) is soft
         }
         if rows:
             rows |= beside(docs, _BESIDE[soft])
@@ -208,17 +208,25 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) 
             f"*{markdown.sentence(_SHOWN.caption)}*\n",
             markdown.table(headings, about, 3),
             "\nHeld calm at the target by the seed that ships, left to itself for longer than the suites' 60 s:\n",
-            _endurance(found),
+            _endurance(found, trained),
             "\nThe seed that ships is the one of median mitigated share, not the best one. Each agent's card has its "
             "scores in all suites, seed by seed, and where it fails.\n",
         ]
     )
 
 
-def _endurance(found: Mapping[str, Mapping[str, Any]]) -> str:
+def _is_soft(trained: Path, name: str) -> bool:
+    """Whether an agent works through a softened drive."""
+    return bool(read_config(trained / name)["env_kwargs"].get("drive"))
+
+
+def _endurance(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
     """How long each agent holds what it reached, as a table."""
     times = list(next(iter(found.values()))["endurance"])
     rows = [[f"`{name}`", *(f"{seeds['endurance'][time]:.3f}" for time in times)] for name, seeds in found.items()]
+    for soft, words in ((False, "action 0, the rig's own drive"), (True, "action 0, softened drive")):
+        of_drive = [one["action_zero"]["endurance"] for name, one in found.items() if _is_soft(trained, name) is soft]
+        rows += [[words, *(f"{held[time]:.3f}" for time in times)] for held in of_drive[:1]]
     return markdown.table(["agent", *(f"{time} s" for time in times)], rows)
 
 
@@ -268,9 +276,9 @@ def _behaviour(docs: Path) -> str:
 
 def _beside_lqg(docs: Path, trained: Path = TRAINED) -> dict[str, Results]:
     """The stored results of every agent for the rig's own drive, where they hold LQG too."""
-    configs = {path.name: read_config(path) for path in sorted(trained.glob("*")) if read_seeds(path) is not None}
-    plain = {name: config for name, config in configs.items() if not config["env_kwargs"].get("drive")}
-    return results_with_both(docs, {name: config["env_id"] for name, config in plain.items()})
+    names = [path.name for path in sorted(trained.glob("*")) if read_seeds(path) is not None]
+    plain = [name for name in names if not _is_soft(trained, name)]
+    return results_with_both(docs, {name: read_config(trained / name)["env_id"] for name in plain})
 
 
 def _made(docs: Path, found: Mapping[str, Mapping[str, Any]]) -> str:

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from agents.policy.action_zero import ActionZero
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.training.validation_rigs import validate
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.task import Task
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.markdown import listed
 from drillrig_env.plots.style import BLUE, DARK, VERMILLION, Picture, new_figure
-from drillrig_env.policy import make_policy
 
 _COLUMNS = 4  # panels side by side
 
@@ -31,9 +30,7 @@ def learning_curves(seeds: Mapping[str, Any]) -> tuple[FloatArray, FloatArray]:
 def action_zero(config: Mapping[str, Any]) -> float:
     """The share that is mitigated where the reference stays at the target, on the rigs and the drive of the curves."""
     arguments = environment_arguments(config["env_id"], config["env_kwargs"])
-    task = Task.of(**arguments)
-    policy = make_policy("constant", sensors=task.sensors.names, rig=task.rig, slew_limit=task.slew_limit)
-    return float(validate(policy, arguments, config["eval_episodes"]).mitigated.mean())
+    return float(validate(ActionZero(arguments), arguments, config["eval_episodes"]).mitigated.mean())
 
 
 def plot_learning(trained: Path = TRAINED) -> Picture:

@@ -89,6 +89,14 @@ def read_seeds(path: str | Path) -> dict[str, Any] | None:
     return read_json(file, "ship the agent again") if file.is_file() else None
 
 
+def seeds_of(path: str | Path) -> dict[str, Any]:
+    """The same of an agent that must be shipped. `ValueError` where none is at that path."""
+    seeds = read_seeds(path) if is_run(path) else None
+    if seeds is None:
+        raise ValueError(f"{path} is not a shipped agent with a {SEEDS}; make it with: python -m agents.shipping.ship")
+    return seeds
+
+
 def write_config(folder: Path, config: dict[str, Any]) -> None:
     """Write what made a run."""
     write_text(folder / CONFIG, json.dumps(config, indent=2) + "\n")

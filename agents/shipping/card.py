@@ -16,17 +16,19 @@ import numpy as np
 
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
-from agents.policy.run_folder import MODEL, SEEDS, TRAINED, is_run, load_policy, read_config, read_seeds
+from agents.policy.run_folder import MODEL, TRAINED, is_run, load_policy, read_config, read_seeds, seeds_of
 from drillrig_env import markdown
 from drillrig_env.command_line import Parser, command
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.report import markdown_table
-from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, Row, Table, stored_row
+from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, TABLES, Row, Table, stored_row
 from drillrig_env.files import write_text
 
 COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
+
+_ACTION_ZERO = "action 0, same drive"
 
 _COUNTED = {"rigs": "rigs", "not mitigated": "failed", "of these calm, off the target": "calm"}
 """What the card counts by hardness, and what `seeds.json` calls it."""
@@ -70,15 +72,16 @@ def write_card(name: str, trained: Path = TRAINED) -> Path:
 def card(name: str, trained: Path = TRAINED) -> str:
     """The card of a shipped agent as Markdown. `ValueError` where the agent or its `seeds.json` is missing."""
     folder = trained / name
-    seeds = read_seeds(folder)
-    if not is_run(folder) or seeds is None:
-        raise ValueError(
-            f"{folder} is not a shipped agent with a {SEEDS}; make it with: python -m agents.shipping.ship"
-        )
+    seeds = seeds_of(folder)
     config = read_config(folder)
     parts = [_task(name, config), _scores(config, seeds), _failures(seeds), _use(name, load_policy(folder))]
     parts += [_training(config, seeds), *_beside(name, trained), "## Licence\n\nMIT, as the rest of the package.\n"]
     return "\n".join(parts)
+
+
+def tables_of_card(suite: str, tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Of an agent's tables in a suite those that its card shows: the headline, and of `default` all about its rigs."""
+    return {name: tables[name] for name in (TABLES if suite == "default" else ("main",))}
 
 
 def training_minutes(seeds: Mapping[str, Any]) -> str:
@@ -125,6 +128,8 @@ def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
         f"The shipped seed, {shipped}, is the median one by mitigated share in `default`; its scores, with 95 % "
         "intervals over rigs:\n",
         _by_suite(MAIN, "main", seeds["alone"]),
+        "\nAction 0 on the same drive and rigs, where the reference stays at the target:\n",
+        _by_suite(MAIN, "main", seeds["action_zero"]["suites"]),
         "\nMitigated by hardness in `default`, all seeds and the shipped one:\n",
         _two_rows(HARDNESS, "hardness", seeds),
         f"\n*{markdown.sentence(HARDNESS.caption)}*\n",
@@ -136,16 +141,24 @@ def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
     headings = ("seed", "mitigated", "below ω_c", "bistable", "above", "to calm, s", "cost", "training, min")
     rows = []
     for seed, one in seeds["seeds"].items():
-        row = one["scores"]
-        shares = [_number(row[heading], 3) for heading in headings[1:5]]
-        others = (_number(row["to calm"], 1), _number(row["cost"], 3), _minutes(one["seconds"]))
-        rows.append([f"{seed}{' (shipped)' if int(seed) == shipped else ''}", *shares, *others])
+        label = f"{seed}{' (shipped)' if int(seed) == shipped else ''}"
+        rows.append([label, *_of_seed(one["scores"]), _minutes(one["seconds"])])
+    tables = seeds["action_zero"]["suites"]["default"]
+    row = {heading: one["value"] for heading, one in {**tables["main"], **tables["others"]}.items()}
+    rows.append([_ACTION_ZERO, *_of_seed(row), ""])
     return "\n".join([*lines, markdown.table(headings, rows)]) + "\n"
+
+
+def _of_seed(row: Mapping[str, float | None]) -> list[str]:
+    """The scores of one seed as entries of the table of all of them."""
+    shares = [_number(row[heading], 3) for heading in ("mitigated", "below ω_c", "bistable", "above")]
+    return [*shares, _number(row["to calm"], 1), _number(row["cost"], 3)]
 
 
 def _failures(seeds: Mapping[str, Any]) -> str:
     held = seeds["endurance"]
-    shares = [["mitigated", *(f"{share:.3f}" for share in held.values())]]
+    without = seeds["action_zero"]["endurance"]
+    shares = [[who, *(f"{one[time]:.3f}" for time in held)] for who, one in (("agent", held), (_ACTION_ZERO, without))]
     counts = seeds["failures"]
     total = {name: sum(count[name] for count in counts.values()) for name in ("rigs", "failed", "calm")}
     rows = [[what, *(str(count[name]) for count in counts.values())] for what, name in _COUNTED.items()]
@@ -218,14 +231,15 @@ def _beside(name: str, trained: Path) -> list[str]:
     lines = [
         f"## Beside the other agents of {env_id}\n",
     ]
-    headings = ("agent", "mitigated in `default`", "steps", "training, min", "size, kB")
+    headings = ("agent", "mitigated in `default`", _ACTION_ZERO, "steps", "training, min", "size, kB")
     rows = []
     for one, seeds in found.items():
         row = stored_row(seeds["pooled"]["default"]["main"])
         steps = read_config(trained / one)["hyperparameters"]["n_timesteps"]
         size = (trained / one / MODEL).stat().st_size / 1024
         share = f"{row['mitigated'].value:.3f}"
-        rows.append((f"`{one}`", share, f"{steps:,}", training_minutes(seeds), f"{size:.0f}"))
+        without = f"{seeds['action_zero']['suites']['default']['main']['mitigated']['value']:.3f}"
+        rows.append((f"`{one}`", share, without, f"{steps:,}", training_minutes(seeds), f"{size:.0f}"))
     return ["\n".join([*lines, markdown.table(headings, rows)]) + "\n"]
 
 
@@ -238,6 +252,7 @@ def _two_rows(table: Table, name: str, seeds: Mapping[str, Any]) -> str:
     rows = {
         "all seeds": stored_row(seeds["pooled"]["default"][name]),
         f"seed {seeds['shipped']}": stored_row(seeds["alone"]["default"][name]),
+        _ACTION_ZERO: stored_row(seeds["action_zero"]["suites"]["default"][name]),
     }
     return markdown_table(table, rows, {}, "")
 

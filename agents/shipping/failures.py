@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.policy.run_folder import SEEDS, TRAINED, read_config, read_seeds, shipped
+from agents.policy.run_folder import SEEDS, TRAINED, read_config, seeds_of, shipped
 from agents.shipping.card import write_card
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -61,11 +61,7 @@ def write_failures(name: str, rigs: int = RIGS, trained: Path = TRAINED) -> Path
     `ValueError` where there is no such agent.
     """
     folder = trained / name
-    about = read_seeds(folder) if folder.is_dir() else None
-    if about is None:
-        raise ValueError(
-            f"{folder} is not a shipped agent with a {SEEDS}; make it with: python -m agents.shipping.ship"
-        )
+    about = seeds_of(folder)
     check_writable(folder)
     contestant = contestant_of(find_policy(str(folder)), read_config(folder)["env_id"], name)
     with Progress("failures", parts=1) as progress:

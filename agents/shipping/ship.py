@@ -7,8 +7,9 @@
 All seeds face all suites. The median seed is that of median mitigated share in the suite `default`, lower
 costs counting as better among equals (of an even number of seeds, the worse of the middle two). Its
 config, model and evaluations go into agents/trained/NAME, beside the card (`agents.shipping.card`), `seeds.json`,
-which holds every seed's scores, learning curve and training time, and how long the shipped one holds what
-it reached (`agents.endurance`), and `failures.csv` (`agents.shipping.failures`).
+which holds every seed's scores, learning curve and training time, how long the shipped one holds what it reached
+(`agents.endurance`) and what action 0 does in its place (`agents.shipping.action_zero`), and `failures.csv`
+(`agents.shipping.failures`).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from __future__ import annotations
 import shlex
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
@@ -25,7 +26,7 @@ from typing import Any
 import numpy as np
 
 import drillrig_env
-from agents.endurance import endurance
+from agents.endurance import ENDURING, endurance
 from agents.policy.run_folder import (
     CONFIG,
     EVALUATIONS,
@@ -37,6 +38,8 @@ from agents.policy.run_folder import (
     load_policy,
     read_config,
 )
+from agents.shipping.action_zero import add_action_zero
+from agents.shipping.card import tables_of_card
 from agents.shipping.failures import write_failures
 from agents.training.progress import read_progress
 from drillrig_env.allowed import COUNT
@@ -49,7 +52,7 @@ from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, suite
-from drillrig_env.evaluation.tables import MAIN, OTHERS, TABLES, all_estimates, estimates
+from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
 from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import find_policy
@@ -62,9 +65,6 @@ _FAILURES = 10  # times as many rigs as a suite has, that the shipped seed's fai
 
 LEAST_SEEDS = 5
 """Fewer training seeds say too little about an algorithm."""
-
-ENDURING = 200
-"""Rigs that the shipped seed is put through for ten minutes."""
 
 
 @command
@@ -121,12 +121,13 @@ def ship(
         "rigs": {one: results.config["suites"][one]["rigs"] for one in results.scores},
         "shipped": int(shipped),
         "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
-        "pooled": {one: _shown(one, tables[name]) for one, tables in results.estimates.items()},
-        "alone": {one: _shown(one, tables[name]) for one, tables in all_estimates(alone, name).items()},
+        "pooled": {one: tables_of_card(one, tables[name]) for one, tables in results.estimates.items()},
+        "alone": {one: tables_of_card(one, tables[name]) for one, tables in all_estimates(alone, name).items()},
         "endurance": held,
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
     }
     write_text(target / SEEDS, json_text(content, indent=1))
+    add_action_zero(target)
     write_failures(name, _FAILURES * rigs, trained)
     return target
 
@@ -177,11 +178,6 @@ def _evaluate(
 def _of_seed(scores: Scores, seed: str) -> Scores:
     chosen = scores["seed"] == seed
     return {name: values[chosen] for name, values in scores.items()}
-
-
-def _shown(suite: str, tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Of an agent's tables in a suite those that its card shows: the headline, and of `default` all about its rigs."""
-    return {name: tables[name] for name in (TABLES if suite == "default" else ("main",))}
 
 
 def _seed(folder: Path, scores: Scores) -> dict[str, Any]:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from agents.endurance import endurance
+from agents.policy.action_zero import ActionZero
 from agents.policy.run_folder import load_policy, read_config, read_seeds
 from agents.shipping import ship as shipping
 from agents.shipping.ship import median_seed, ship
@@ -101,16 +102,10 @@ def test_time_of_a_training_goes_on_after_a_stop(five_seeds, tmp_path):
 
 
 def test_endurance_after_the_length_of_an_episode_is_the_verdict_of_the_episode(trained):
-    class SetPoint:
-        """Steady at the target: on the soft drive that calms most rigs, for good."""
-
-        environment = load_policy(trained / "ppo").environment | {"drive": SoftTorque().drive}
-
-        def predict(self, observation, state=None, episode_start=None, deterministic=True):
-            return np.zeros((len(observation), 1), np.float32), None
-
+    """Steady at the target: on the soft drive that calms most rigs, for good."""
+    policy = ActionZero(load_policy(trained / "ppo").environment | {"drive": SoftTorque().drive})
     told = []
-    held = endurance(SetPoint(), 40, (20.0, 60.0, 120.0), lambda *done: told.append(done))
+    held = endurance(policy, 40, (20.0, 60.0, 120.0), lambda *done: told.append(done))
     assert told == [(step, 1200) for step in range(100, 1300, 100)]
     mitigated = score(run(SoftTorque(), default_suite(40)))["mitigated"].mean()
     assert held["60"] == pytest.approx(mitigated)

@@ -1,0 +1,63 @@
+"""Score action 0 on the drive and the rigs of a shipped agent: what there is without it.
+
+python -m agents.shipping.action_zero      # of all shipped agents; writes their cards anew
+python -m agents.shipping.action_zero ppo  # of some
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from agents.endurance import ENDURING, endurance
+from agents.policy.action_zero import ActionZero
+from agents.policy.run_folder import SEEDS, TRAINED, load_policy, seeds_of, shipped
+from agents.shipping.card import tables_of_card, write_card
+from drillrig_env.command_line import Parser, command
+from drillrig_env.evaluation.runner import run
+from drillrig_env.evaluation.scores import score
+from drillrig_env.evaluation.suites import suite
+from drillrig_env.evaluation.tables import all_estimates
+from drillrig_env.files import json_text, write_text
+
+COMMAND = "python -m agents.shipping.action_zero"
+_NAME = "action 0"
+
+
+@command
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Score action 0 beside all shipped agents or those named."""
+    parser = Parser(prog=COMMAND, description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"shipped agents (default: {', '.join(shipped())})")
+    chosen = parser.parse_args(arguments)
+    try:
+        for name in chosen.names or shipped():
+            add_action_zero(TRAINED / name)
+        for name in shipped():  # a card tells of the other agents, too
+            print(write_card(name).resolve())
+    except ValueError as error:
+        parser.error(str(error))
+
+
+def add_action_zero(folder: Path) -> None:
+    """Put what action 0 does in the agent's suites, and how long it holds that, into the agent's `seeds.json`.
+
+    `ValueError` where `folder` is not that of a shipped agent.
+    """
+    about = seeds_of(folder)
+    policy = ActionZero(load_policy(folder).environment)
+    scores = {
+        name: {_NAME: {"seed": np.full(rigs, ""), **score(run(policy, suite(name, rigs)))}}
+        for name, rigs in about["rigs"].items()
+    }
+    found = {
+        "suites": {name: tables_of_card(name, one[_NAME]) for name, one in all_estimates(scores, _NAME).items()},
+        "endurance": endurance(policy, min(about["rigs"]["default"], ENDURING)),
+    }
+    write_text(folder / SEEDS, json_text({**about, "action_zero": found}, indent=1))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
