@@ -92,11 +92,12 @@ from stable_baselines3.common.vec_env import VecFrameStack
 
 env = VecFrameStack(drillrig_env.make_sb3(16, seed=0), n_stack=8)
 model = PPO.load("agents/trained/ppo/model.zip", env=env, device="cpu")
-print(evaluate_policy(model, env, n_eval_episodes=64))  # mean and spread of the returns
+print(evaluate_policy(model, env, n_eval_episodes=16))  # mean and spread of the returns
 ```
 
-An agent for another environment needs that one: `make_sb3(64, env_id=agent.env_id, **agent.env_kwargs)` with
-`agent = load("ppo_surface_soft")`, and `agent.frames`.
+Another agent needs its own environment, frames and slew limit: with `agent = load("ppo_robust")` it is
+`VecFrameStack(make_sb3(16, env_id=agent.env_id, **agent.env_kwargs, slew_limit=agent.slew_limit), agent.frames)`, since
+a model's action is a share of the slew limit that it was trained with, which the contract's agent takes care of.
 
 **In rl-zoo3** the hyperparameter files train as they are where nothing is imitated first: those for the rig's own drive
 in `agents/hyperparams/alone`, those for the softened one in `agents/hyperparams/soft_drive`, each for PPO and SAC.
@@ -109,10 +110,10 @@ python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo
 ```
 
 rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
-`imitation`, `critic_iterations` and `staggered` are this project's own: rl-zoo3 hands them to the algorithm, which
-refuses them (`unexpected keyword argument 'imitation'`). So the files that stand in `agents/hyperparams` itself, which
-imitate first, are for `train.py` alone. Those in `alone` were tried with rl_zoo3 2.9.2 for 98,304 steps (PPO) and
-12,000 steps (SAC), 17 s of computing each, not to the end.
+`imitation`, `anchor`, `critic_iterations` and `staggered` are this project's own: rl-zoo3 hands them to the algorithm,
+which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and `sac.yml` in
+`agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with rl_zoo3 2.9.2 for
+98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
 
 `python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
 physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit

@@ -21,7 +21,7 @@ def test_files_are_complete_and_changes_go_in(algorithm, env_id):
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_files_without_imitation_hold_only_keys_that_rl_zoo3_knows(folder, algorithm):
     chosen = hyperparameters(algorithm, "DrillRig-v0", file=HYPERPARAMETER_FILES / folder / f"{algorithm}.yml")
-    assert not {"imitation", "critic_iterations", "staggered"} & set(chosen)
+    assert not {"imitation", "critic_iterations", "staggered", "anchor"} & set(chosen)
 
 
 def test_pairs_of_a_command_line():
