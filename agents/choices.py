@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,42 +32,59 @@ _MET: dict[str, Score] = {
 }
 
 
-def choices(docs: Path) -> str:
-    """What each piece of the recipe of `ppo` is worth, as a section; empty where that has not been compared."""
-    content = read_compared(docs / "agents" / "ablations.json")
-    settings = content["settings"].values()
-    if not settings:
-        return ""
-    return (
-        "## What each choice is worth\n\n"
+@dataclass(frozen=True)
+class _Section:
+    """A comparison of `agents.compare` as a section: its name, heading and words, what a row is, and its columns."""
+
+    name: str
+    heading: str
+    words: str
+    row: str
+    scores: Mapping[str, Score]
+
+
+_SECTIONS = (
+    _Section(
+        "ablations",
+        "What each choice is worth",
         "The recipe of `ppo` with one piece changed at a time, with fewer steps by trial than the shipped agent had. "
         "Mitigated shares on rigs drawn as in `default`, in all and below ω_c, in `wide` and in "
-        f"`load`; time to calm and cost in `default`. {_how(settings)}\n\n{_table('choice', _ABLATED, content)}\n"
-    )
-
-
-def newcomers(docs: Path) -> str:
-    """What Stable-Baselines3's own settings come to, as a section; empty where that has not been tried."""
-    content = read_compared(docs / "agents" / "newcomer.json")
-    settings = content["settings"].values()
-    if not settings:
-        return ""
-    return (
-        "## What a newcomer gets\n\n"
+        "`load`; time to calm and cost in `default`.",
+        "choice",
+        _ABLATED,
+    ),
+    _Section(
+        "newcomer",
+        "What a newcomer gets",
         '`PPO("MlpPolicy", env)` and `SAC("MlpPolicy", env)` as Stable-Baselines3 has them, with no setting of one\'s '
-        f"own, on one rig and on many at a time, on rigs drawn as in `default`. {_how(settings)}\n\n"
-        f"{_table('training', _MET, content)}\n"
+        "own, on one rig and on many at a time, on rigs drawn as in `default`.",
+        "training",
+        _MET,
+    ),
+)
+
+
+def choices(docs: Path) -> str:
+    """What each piece of the recipe of `ppo` is worth, and what a newcomer gets; empty where nothing was compared."""
+    return "\n".join(
+        f"## {section.heading}\n\n{section.words} {_how(content['settings'].values())}\n\n"
+        f"{_table(section.row, section.scores, content)}\n"
+        for section, content in _found(docs)
     )
 
 
 def made(docs: Path) -> list[str]:
     """Commands, dates and machines behind these sections, a line each."""
-    found = {words: read_compared(docs / "agents" / f"{words}.json") for words in ("ablations", "newcomer")}
     return [
-        f"- {words}: `{content['command']}`, {when_and_where(content['provenance'])}"
-        for words, content in found.items()
-        if content["settings"]
+        f"- {section.name}: `{content['command']}`, {when_and_where(content['provenance'])}"
+        for section, content in _found(docs)
     ]
+
+
+def _found(docs: Path) -> list[tuple[_Section, dict[str, Any]]]:
+    """The sections that something was found for, with it."""
+    found = [(section, read_compared(docs / "agents" / f"{section.name}.json")) for section in _SECTIONS]
+    return [(section, content) for section, content in found if content["settings"]]
 
 
 def _how(settings: Iterable[Mapping[str, Any]]) -> str:
@@ -80,16 +98,23 @@ def _how(settings: Iterable[Mapping[str, Any]]) -> str:
 
 def _table(what: str, scores: Mapping[str, Score], content: Mapping[str, Any]) -> str:
     """A row a setting, then the policies that are not trained."""
-    headings = [what, "steps", "seeds", *scores, "training, min"]
+    headings = [what, "steps by trial", "seeds", *scores, "training, min"]
     rows = []
     for one in content["settings"].values():
         runs = one["runs"].values()
         minutes = _cell([run["seconds"] / 60 for run in runs], 1)
-        steps = f"{one['hyperparameters']['n_timesteps']:,}"
+        steps = _steps(one["hyperparameters"])
         rows.append([one["words"], steps, len(runs), *_cells([run["scores"] for run in runs], scores), minutes])
     for one in content["beside"].get("policies", {}).values():
         rows.append([one["words"], "", "", *_cells([one["scores"]], scores), ""])
     return markdown.table(headings, rows)
+
+
+def _steps(hyperparameters: Mapping[str, Any]) -> str:
+    """Steps by trial, and in how many of them PPO's critic alone learns while the policy stays as it is."""
+    rollout = hyperparameters.get("n_steps", 0) * hyperparameters.get("n_envs", 1)
+    critic = int(hyperparameters.get("critic_iterations", 0) * rollout)
+    return f"{hyperparameters['n_timesteps']:,}" + (f", {critic:,} of them the critic's alone" if critic else "")
 
 
 def _cells(found: list[Mapping[str, Any]], scores: Mapping[str, Score]) -> list[str]:

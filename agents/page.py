@@ -11,18 +11,19 @@ they are there); what a person saw in the pictures is quoted from docs/agents/fi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from agents.beside_lqg import results_with_both, section
-from agents.choices import choices, made, newcomers
+from agents.choices import choices, made
 from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
 from agents.shipping.card import imitation_steps, training_minutes
-from agents.shipping.export import EXAMPLE
+from agents.use import USE
 from drillrig_env import markdown
 from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.evaluation.provenance import when_and_where
@@ -54,77 +55,6 @@ _BESIDE = {
 
 _LEVELS = (0.5, 0.9, 0.95)
 
-_USE = f"""## Train, resume, export
-
-```sh
-python train.py ppo --seeds 5 --run-folder runs/ppo  # five seeds, one after another; --jobs 2: two at a time
-python train.py --resume runs/ppo                    # go on after Ctrl-C, bit for bit as without the stop
-python -m agents.shipping.ship runs/ppo --name ppo   # evaluate all seeds, ship the median one, write its card
-python -m agents.compare ablations                   # the table of choices above
-python -m agents.page                                # this page
-python train.py ppo --conf-file agents/hyperparams/soft_drive/ppo.yml  # an agent for the softened drive
-```
-
-`python train.py --help` lists the rest: hyperparameters and arguments of the environment can be changed on the
-command line, and an unknown one is refused with the closest known name. A run's folder holds its config, command,
-versions, evaluations and models.
-
-Nothing that was learnt is lost: a checkpoint stays until the last model is whole, every file is whole or not there,
-one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0 (done),
-1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM).
-
-**Models of other people.** Stable-Baselines3 keeps settings in `model.zip` as pickles, and `PPO.load` runs whatever
-code their maker put there. This project reads a run's settings from `config.json` and only tensors from
-`model.zip`: `eval.py` and the export execute nothing that a run folder holds. `train.py --resume` does load the
-checkpoint's pickles: go on with your own trainings only. To pass an agent on, use ONNX, which holds no code.
-
-`python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew;
-`agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own.
-
-**In Stable-Baselines3 alone** an agent is a plain model. Its frames are SB3's own, oldest first, and its actions are
-bit for bit those of `drillrig_env.policy.load("ppo")`:
-
-```python
-import drillrig_env
-from stable_baselines3 import PPO
-from stable_baselines3.common.evaluation import evaluate_policy
-from stable_baselines3.common.vec_env import VecFrameStack
-
-env = VecFrameStack(drillrig_env.make_sb3(16, seed=0), n_stack=8)
-model = PPO.load("agents/trained/ppo/model.zip", env=env, device="cpu")
-print(evaluate_policy(model, env, n_eval_episodes=16))  # mean and spread of the returns
-```
-
-Another agent needs its own environment, frames and slew limit: with `agent = load("ppo_robust")` it is
-`VecFrameStack(make_sb3(16, env_id=agent.env_id, **agent.env_kwargs, slew_limit=agent.slew_limit), agent.frames)`, since
-a model's action is a share of the slew limit that it was trained with, which the contract's agent takes care of.
-
-**In rl-zoo3** the hyperparameter files train as they are where nothing is imitated first: those for the rig's own drive
-in `agents/hyperparams/alone`, those for the softened one in `agents/hyperparams/soft_drive`, each for PPO and SAC.
-`train.py` takes the same files.
-
-```sh
-python train.py ppo --conf-file agents/hyperparams/alone/ppo.yml
-cd agents/hyperparams/alone
-python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo -conf ppo.yml
-```
-
-rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
-`imitation`, `anchor`, `critic_iterations` and `staggered` are this project's own: rl-zoo3 hands them to the algorithm,
-which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and `sac.yml` in
-`agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with rl_zoo3 2.9.2 for
-98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
-
-`python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
-physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit
-inside. It plays recorded episodes through both and fails where they differ by more than 1e-5 rad/s². This runs it,
-with nothing but onnxruntime and NumPy:
-
-```text
-{EXAMPLE.strip()}
-```
-"""
-
 
 @command
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -137,7 +67,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if not chosen.check:
         check_writable(chosen.docs)
     try:
-        text = page(chosen.docs)
+        found = _found()
+        results = _beside_lqg(chosen.docs, found)
+        text = _written(chosen.docs, found, results)
     except ValueError as error:
         parser.error(str(error))
     if chosen.check:
@@ -146,25 +78,56 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     from agents.pictures import draw_all
 
-    draw_all(AGENT, chosen.docs / "images" / "agents", results=_beside_lqg(chosen.docs))
+    draw_all(AGENT, chosen.docs / "images" / "agents", results=results)
     write_text(path, text)
     print(path.resolve())
 
 
+@dataclass(frozen=True)
+class _Agent:
+    """A shipped agent: what its `config.json` and its `seeds.json` hold."""
+
+    config: Mapping[str, Any]
+    seeds: Mapping[str, Any]
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether it works through a softened drive."""
+        return bool(self.config["env_kwargs"].get("drive"))
+
+
 def page(docs: Path, trained: Path = TRAINED) -> str:
     """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
-    found = {path.name: seeds for path in sorted(trained.glob("*")) if (seeds := read_seeds(path)) is not None}
+    found = _found(trained)
+    return _written(docs, found, _beside_lqg(docs, found))
+
+
+def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
+    """The shipped agents by name. `ValueError` where the one that the page shows is not among them."""
+    found = {
+        path.name: _Agent(read_config(path), seeds)
+        for path in sorted(trained.glob("*"))
+        if (seeds := read_seeds(path)) is not None
+    }
     if AGENT not in found:
         raise ValueError(
             f"{trained} holds no agent {AGENT!r} with its seeds.json; make it with: python -m agents.shipping.ship"
         )
-    parts = [_shipped(found, trained, docs), _learning(found, trained), _behaviour(docs)]
-    parts += [section(_beside_lqg(docs, trained)), choices(docs), newcomers(docs)]
-    parts += [ahead(docs, {name: read_config(trained / name)["env_id"] for name in found}), _USE, _made(docs, found)]
+    return found
+
+
+def _beside_lqg(docs: Path, found: Mapping[str, _Agent]) -> dict[str, Results]:
+    """The stored results of every agent for the rig's own drive, where they hold LQG too."""
+    return results_with_both(docs, {name: one.config["env_id"] for name, one in found.items() if not one.is_soft})
+
+
+def _written(docs: Path, found: Mapping[str, _Agent], results: Mapping[str, Results]) -> str:
+    parts = [_shipped(found, docs), _learning(found), _behaviour(docs), section(results), choices(docs)]
+    parts += [ahead(docs, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found)]
     return "\n".join(part for part in parts if part)
 
 
-def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) -> str:
+def _shipped(found: Mapping[str, _Agent], docs: Path) -> str:
     """What ships and what it scores, on the rig's own drive and on the softened one, beside action 0 and a rival."""
     parts = [
         "# The agents\n",
@@ -172,24 +135,24 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) 
         "calmly at the target. They are told neither the normal force nor the friction. The names below work wherever "
         'a policy is asked for, as in `python eval.py ppo`, and `drillrig_env.policy.load("ppo")` brings one with '
         "the environment that it belongs in.\n",
-        f"On {next(iter(found.values()))['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
+        f"On {found[AGENT].seeds['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
         "mean over all training seeds with its 95 % bootstrap interval; of what is not trained, with that over rigs.\n",
     ]
     for soft, words in ((False, _PLAIN), (True, _SOFT)):
         rows = {
             f"[`{name}`](../agents/trained/{name}/README.md)": stored_row(
-                {**seeds["pooled"]["default"]["main"], **seeds["pooled"]["default"]["others"]}
+                {**agent.seeds["pooled"]["default"]["main"], **agent.seeds["pooled"]["default"]["others"]}
             )
-            for name, seeds in found.items()
-            if _is_soft(trained, name) is soft
+            for name, agent in found.items()
+            if agent.is_soft is soft
         }
         if rows:
             rows |= beside(docs, _BESIDE[soft])
             parts += [words, markdown_table(_SHOWN, rows, {}, "policy"), ""]
     about = []
-    for name, seeds in found.items():
-        config = read_config(trained / name)
-        steps, minutes = f"{config['hyperparameters']['n_timesteps']:,}", training_minutes(seeds)
+    for name, agent in found.items():
+        config = agent.config
+        steps, minutes = f"{config['hyperparameters']['n_timesteps']:,}", training_minutes(agent.seeds)
         imitated = imitation_steps(config)
         about.append(
             (
@@ -199,7 +162,7 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) 
                 f"{imitated:,}" if imitated else "none",
                 steps,
                 minutes,
-                len(seeds["seeds"]),
+                len(agent.seeds["seeds"]),
             )
         )
     headings = ("agent", "environment", "algorithm", "steps of imitation", "of trial", "training, min a seed", "seeds")
@@ -209,29 +172,26 @@ def _shipped(found: Mapping[str, Mapping[str, Any]], trained: Path, docs: Path) 
             f"*{markdown.sentence(_SHOWN.caption)}*\n",
             markdown.table(headings, about, 3),
             "\nHeld calm at the target by the seed that ships, left to itself for longer than the suites' 60 s:\n",
-            _endurance(found, trained),
+            _endurance(found),
             "\nThe seed that ships is the one of median mitigated share, not the best one. Each agent's card has its "
             "scores in all suites, seed by seed, and where it fails.\n",
         ]
     )
 
 
-def _is_soft(trained: Path, name: str) -> bool:
-    """Whether an agent works through a softened drive."""
-    return bool(read_config(trained / name)["env_kwargs"].get("drive"))
-
-
-def _endurance(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
+def _endurance(found: Mapping[str, _Agent]) -> str:
     """How long each agent holds what it reached, as a table."""
-    times = list(next(iter(found.values()))["endurance"])
-    rows = [[f"`{name}`", *(f"{seeds['endurance'][time]:.3f}" for time in times)] for name, seeds in found.items()]
+    times = list(found[AGENT].seeds["endurance"])
+    held = {f"`{name}`": agent.seeds["endurance"] for name, agent in found.items()}
     for soft, words in ((False, "action 0, the rig's own drive"), (True, "action 0, softened drive")):
-        of_drive = [one["action_zero"]["endurance"] for name, one in found.items() if _is_soft(trained, name) is soft]
-        rows += [[words, *(f"{held[time]:.3f}" for time in times)] for held in of_drive[:1]]
+        one_of_drive = next((agent for agent in found.values() if agent.is_soft is soft), None)
+        if one_of_drive:
+            held[words] = one_of_drive.seeds["action_zero"]["endurance"]
+    rows = [[words, *(f"{shares[time]:.3f}" for time in times)] for words, shares in held.items()]
     return markdown.table(["agent", *(f"{time} s" for time in times)], rows)
 
 
-def _learning(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
+def _learning(found: Mapping[str, _Agent]) -> str:
     """The learning curves, and when they pass what."""
     lines = [
         "## How they learn\n",
@@ -244,14 +204,14 @@ def _learning(found: Mapping[str, Mapping[str, Any]], trained: Path) -> str:
         "action 0",
     ]
     rows = []
-    for name, seeds in found.items():
-        steps, shares = learning_curves(seeds)
+    for name, agent in found.items():
+        steps, shares = learning_curves(agent.seeds)
         curve = interquartile_mean(shares, axis=0)
         passed = [
             f"{steps[np.argmax(curve >= level)]:,.0f}" if (curve >= level).any() else "never" for level in _LEVELS
         ]
         ends = f"{shares[:, -1].min():.3f} to {shares[:, -1].max():.3f}"
-        rows.append([f"`{name}`", *passed, ends, f"{action_zero(read_config(trained / name)):.3f}"])
+        rows.append([f"`{name}`", *passed, ends, f"{action_zero(agent.config):.3f}"])
     lines.append(markdown.table(headings, rows))
     lines.append(
         "\n*Steps after which the interquartile mean over the seeds first reaches a mitigated share, as far as the "
@@ -275,18 +235,12 @@ def _behaviour(docs: Path) -> str:
     )
 
 
-def _beside_lqg(docs: Path, trained: Path = TRAINED) -> dict[str, Results]:
-    """The stored results of every agent for the rig's own drive, where they hold LQG too."""
-    names = [path.name for path in sorted(trained.glob("*")) if read_seeds(path) is not None]
-    plain = [name for name in names if not _is_soft(trained, name)]
-    return results_with_both(docs, {name: read_config(trained / name)["env_id"] for name in plain})
-
-
-def _made(docs: Path, found: Mapping[str, Mapping[str, Any]]) -> str:
+def _made(docs: Path, found: Mapping[str, _Agent]) -> str:
     """Commands, dates and machines behind the numbers."""
     lines = [f"## How it was made\n\nThis page and its pictures come from stored numbers with `{COMMAND}`.\n"]
     lines += [
-        f"- `{name}`: `{seeds['command']}`, {when_and_where(seeds['provenance'])}" for name, seeds in found.items()
+        f"- `{name}`: `{agent.seeds['command']}`, {when_and_where(agent.seeds['provenance'])}"
+        for name, agent in found.items()
     ]
     lines += made(docs)
     return "\n".join(lines) + "\n"

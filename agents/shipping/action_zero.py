@@ -6,8 +6,9 @@ python -m agents.shipping.action_zero ppo  # of some
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,21 +43,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def add_action_zero(folder: Path) -> None:
-    """Put what action 0 does in the agent's suites, and how long it holds that, into the agent's `seeds.json`.
+    """Put what action 0 does in an agent's place into the agent's `seeds.json`.
 
     `ValueError` where `folder` is not that of a shipped agent.
     """
     about = seeds_of(folder)
-    policy = ActionZero(load_policy(folder).environment)
-    scores = {
-        name: {_NAME: {"seed": np.full(rigs, ""), **score(run(policy, suite(name, rigs)))}}
-        for name, rigs in about["rigs"].items()
-    }
-    found = {
-        "suites": {name: tables_of_card(name, one[_NAME]) for name, one in all_estimates(scores, _NAME).items()},
-        "endurance": endurance(policy, min(about["rigs"]["default"], ENDURING)),
-    }
+    found = in_its_place(load_policy(folder).environment, about["rigs"])
     write_text(folder / SEEDS, json_text({**about, "action_zero": found}, indent=1))
+
+
+def in_its_place(environment: Mapping[str, Any], rigs: Mapping[str, int]) -> dict[str, Any]:
+    """What action 0 does in an agent's `environment`: its tables in the suites that `rigs` has, with how many of
+    their rigs, and how long it holds that.
+    """
+    policy = ActionZero(environment)
+    scores = {
+        name: {_NAME: {"seed": np.full(number, ""), **score(run(policy, suite(name, number)))}}
+        for name, number in rigs.items()
+    }
+    return {
+        "suites": {name: tables_of_card(name, one[_NAME]) for name, one in all_estimates(scores, _NAME).items()},
+        "endurance": endurance(policy, min(rigs["default"], ENDURING)),
+    }
 
 
 if __name__ == "__main__":

@@ -63,13 +63,19 @@ def write_failures(name: str, rigs: int = RIGS, trained: Path = TRAINED) -> Path
     folder = trained / name
     about = seeds_of(folder)
     check_writable(folder)
-    contestant = contestant_of(find_policy(str(folder)), read_config(folder)["env_id"], name)
-    with Progress("failures", parts=1) as progress:
-        rows, counts = failures(contestant, rigs, partial(progress.show, name))
+    rows, counts = failures_of(folder, rigs)
     write_text(folder / FILE, rows)
     write_text(folder / SEEDS, json_text({**about, "failures": counts}, indent=1))
     write_card(name, trained)
     return folder / FILE
+
+
+def failures_of(folder: Path, rigs: int = RIGS) -> tuple[str, dict[str, dict[str, int]]]:
+    """What `failures` says of the agent in a run folder, with its progress shown."""
+    name = folder.name
+    contestant = contestant_of(find_policy(str(folder)), read_config(folder)["env_id"], name)
+    with Progress("failures", parts=1) as progress:
+        return failures(contestant, rigs, partial(progress.show, name))
 
 
 def failures(

@@ -38,9 +38,10 @@ from agents.policy.run_folder import (
     load_policy,
     read_config,
 )
-from agents.shipping.action_zero import add_action_zero
-from agents.shipping.card import tables_of_card
-from agents.shipping.failures import write_failures
+from agents.shipping.action_zero import in_its_place
+from agents.shipping.card import tables_of_card, write_card
+from agents.shipping.failures import FILE as FAILURES
+from agents.shipping.failures import failures_of
 from agents.training.progress import read_progress
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -113,22 +114,27 @@ def ship(
     for file in (CONFIG, MODEL, EVALUATIONS):
         with written_whole(target / file) as new:
             shutil.copyfile(folders[shipped] / file, new)
+    agent = load_policy(target)
     with Progress("endurance", parts=1) as progress:
-        held = endurance(load_policy(target), min(rigs, ENDURING), progress=partial(progress.show, name))
+        held = endurance(agent, min(rigs, ENDURING), progress=partial(progress.show, name))
+    rows, counts = failures_of(target, _FAILURES * rigs)
+    sizes = {one: results.config["suites"][one]["rigs"] for one in results.scores}
     content = {
         "command": command,
         "provenance": provenance(),
-        "rigs": {one: results.config["suites"][one]["rigs"] for one in results.scores},
+        "rigs": sizes,
         "shipped": int(shipped),
         "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
         "pooled": {one: tables_of_card(one, tables[name]) for one, tables in results.estimates.items()},
         "alone": {one: tables_of_card(one, tables[name]) for one, tables in all_estimates(alone, name).items()},
         "endurance": held,
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
+        "failures": counts,
+        "action_zero": in_its_place(agent.environment, sizes),
     }
+    write_text(target / FAILURES, rows)
     write_text(target / SEEDS, json_text(content, indent=1))
-    add_action_zero(target)
-    write_failures(name, _FAILURES * rigs, trained)
+    write_card(name, trained)
     return target
 
 

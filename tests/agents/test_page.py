@@ -28,7 +28,10 @@ def run_of(share):
 @pytest.fixture
 def docs(tmp_path):
     one = {"words": "the shipped setting", "rigs": 10, "env_id": "DrillRig-v0"}
-    one |= {"hyperparameters": {"n_timesteps": 1000}, "runs": {"0": run_of(0.25), "1": run_of(0.75)}}
+    one |= {
+        "hyperparameters": {"n_timesteps": 1000, "critic_iterations": 10, "n_steps": 12, "n_envs": 8},
+        "runs": {"0": run_of(0.25), "1": run_of(0.75)},
+    }
     made = {"command": "the command", "provenance": {"date": "today", "machine": "one"}, "settings": {"recipe": one}}
     made["beside"] = {"rigs": 10, "policies": {"constant": {**run_of(0.125), "words": "action 0, same drive"}}}
     (tmp_path / "agents").mkdir()
@@ -44,10 +47,10 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "[`ppo`](../agents/trained/ppo/README.md)",
         "steps to 0.9",
         "Words of a person.",
-        "| the shipped setting | 1,000 | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (0.250 to 0.750) |",
+        "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (0.250 to 0.750) |",
         "| action 0, same drive | | | 0.125 | none | 0.125 | 0.125 | 9.0 | 0.200 | |",
         "| action 0, the rig's own drive |",
-        "| the shipped setting | 1,000 | 2 | 0.500 (0.250 to 0.750) | 1.000 (1.000 to 1.000) | 9.0 (9.0 to 9.0) |",
+        "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | 1.000",
         "python -m agents.shipping.export",
         "ablations: `the command`, today, one",
     ):
