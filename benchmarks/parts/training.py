@@ -82,8 +82,8 @@ TRAINING = Part(
     "Training",
     """PPO and SAC as `train.py` runs them, with the hyperparameters of the softened drive; for comparison
 Pendulum-v1 from Stable-Baselines3's own vector environment with the same settings. Seconds and steps to the goal are
-medians over seeds, validation not counted. On this drive a reference that nobody moves mitigates 0.99: the times say how
-fast the program is, not what an agent is worth; that is on [the page of agents](agents.md).""",
+medians over seeds, validation not counted. On this drive a reference that nobody moves mitigates 0.99: the times say
+how fast the program is, not what an agent is worth; that is on [the page of agents](agents.md).""",
     result,
     tables,
     plot,
