@@ -24,6 +24,7 @@ from typing import Any
 
 from agents.compared import Compared, evaluate
 from agents.policy.run_folder import is_finished, is_run, load_policy, read_config
+from agents.training.device import DEVICES
 from agents.training.progress import read_progress
 from agents.training.settings import checked_config
 from agents.training.train import resume, train
@@ -58,6 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", type=of_kind(COUNT), default=SEEDS, help=f"of each setting (default: {SEEDS})")
     parser.add_argument("--rigs", type=of_kind(COUNT), default=RIGS, help=f"of a kind to score on (default: {RIGS})")
     parser.add_argument("--threads", type=of_kind(COUNT), default=1, help="threads that step the rigs (default: 1)")
+    parser.add_argument("--device", choices=DEVICES, default="cpu", help="what PyTorch trains on (default: cpu)")
     parser.add_argument("--runs", type=Path, help="folder of the trainings (default: runs/COMPARISON)")
     parser.add_argument("--output", type=Path, help="file to write (default: docs/agents/COMPARISON.json)")
     chosen = parser.parse_args(arguments)
@@ -66,8 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     output = chosen.output or Path("docs") / "agents" / f"{chosen.comparison}.json"
     check_writable_file(output)
     settings = COMPARISONS[chosen.comparison]()
-    if chosen.steps:
-        settings = [replace(one, training=replace(one.training, n_timesteps=chosen.steps)) for one in settings]
+    changes: dict[str, Any] = {"device": chosen.device, **({"n_timesteps": chosen.steps} if chosen.steps else {})}
+    settings = [replace(one, training=replace(one.training, **changes)) for one in settings]
     kept = Compared(output, runs, [one.name for one in settings], line)
     try:
         compare(_named(settings, chosen.settings), chosen.seeds, chosen.rigs, kept, runs, chosen.threads)

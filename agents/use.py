@@ -13,9 +13,10 @@ python -m agents.page                                # this page
 python train.py ppo --conf-file agents/hyperparams/soft_drive/ppo.yml  # an agent for the softened drive
 ```
 
-`python train.py --help` lists the rest: hyperparameters and arguments of the environment can be changed on the
-command line, and an unknown one is refused with the closest known name. A run's folder holds its config, command,
-versions, evaluations and models.
+`--device cuda` trains on a graphics card, which pays for large networks and batches; a run that goes on there is equal
+to one without a stop but for rounding. `python train.py --help` lists the rest: hyperparameters and arguments of the
+environment can be changed on the command line, and an unknown one is refused with the closest known name. A run's
+folder holds its config, command, versions, evaluations and models.
 
 Nothing that was learnt is lost: a checkpoint stays until the last model is whole, every file is whole or not there,
 one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0 (done),

@@ -41,7 +41,9 @@ class Anchor(BaseCallback):
             save_model(self.path, model)
         # The first weights are overwritten at once: a resumed training draws on as an uncut one.
         with torch.random.fork_rng():
-            first = actor_of(load_weights(self.path, self.config))
+            loaded = load_weights(self.path, self.config)
+        loaded.policy.to(model.device)
+        first = actor_of(loaded)
         actor = actor_of(model)
         optimiser = model.policy.optimizer if isinstance(model, OnPolicyAlgorithm) else model.actor.optimizer
 
@@ -68,4 +70,4 @@ class Anchor(BaseCallback):
             return model.replay_buffer.sample(_ROWS).observations  # type: ignore[no-any-return]
         every = model.rollout_buffer.observations
         rows: torch.Tensor = torch.from_numpy(every.reshape(-1, every.shape[-1]))
-        return rows[torch.randint(len(rows), (_ROWS,))]
+        return rows[torch.randint(len(rows), (_ROWS,))].to(model.device)

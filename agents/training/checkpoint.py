@@ -5,8 +5,8 @@ begun. It holds Stable-Baselines3's own model file (networks, optimisers, step c
 observations), the generators of PyTorch, NumPy and the action space, the environment (every rig's
 record, generator and frame stack), SAC's replay buffer and a recurrent network's state. A training
 that goes on from there ends, bit for bit, like one that never stopped, with the same versions of
-PyTorch and NumPy on the same kind of machine. (With `use_sde` it does not: the exploration noise is
-drawn again at the start of a rollout.)
+PyTorch and NumPy on the same kind of machine; a graphics card may round otherwise each time. (With `use_sde` it does
+not: the exploration noise is drawn again at the start of a rollout.)
 
 The file is written beside the old one and then put in its place, so that there is always a whole one. It
 holds pickles of Stable-Baselines3, and reading those can run any code: go on with one's own trainings only.
@@ -46,18 +46,20 @@ def save_checkpoint(path: Path, model: BaseAlgorithm) -> None:
         "numpy": _numpy_generator().state["state"]["key"],
     }
     arrays.update({f"env.{name}": value for name, value in _environment_arrays(env).items()})
+    if model.device.type == "cuda":
+        arrays["cuda"] = torch.cuda.get_rng_state(model.device).numpy()
     buffer = getattr(model, "replay_buffer", None)
     if buffer is not None:
         filled = slice(None) if buffer.full else slice(0, buffer.pos)
         arrays.update({f"replay.{name}": getattr(buffer, name)[filled] for name in _REPLAYED})
         arrays["replay.position"] = np.array([buffer.pos, int(buffer.full)])
-    arrays.update({f"lstm.{i}": tensor.numpy() for i, tensor in enumerate(_recurrent_state(model))})
+    arrays.update({f"lstm.{i}": tensor.cpu().numpy() for i, tensor in enumerate(_recurrent_state(model))})
     with written_whole(path) as new:
         np.savez(new, **arrays)  # type: ignore[arg-type]  # the stub takes a name for a flag
 
 
-def load_checkpoint(path: Path, algorithm: str, env: VecEnv) -> BaseAlgorithm:
-    """The model of a checkpoint, ready to learn on, in `env`, which is brought to where it stood.
+def load_checkpoint(path: Path, algorithm: str, env: VecEnv, device: torch.device | str = "cpu") -> BaseAlgorithm:
+    """The model of a checkpoint, ready to learn on, on `device` and in `env`, which is brought to where it stood.
 
     `ValueError` naming the file where it is damaged, or of another version of the project or its packages.
     """
@@ -65,7 +67,7 @@ def load_checkpoint(path: Path, algorithm: str, env: VecEnv) -> BaseAlgorithm:
     arrays = read_arrays(path, remedy)
     try:
         archive = io.BytesIO(arrays["model"].tobytes())
-        model = algorithm_class(algorithm).load(archive, env=env, device="cpu", force_reset=False)
+        model = algorithm_class(algorithm).load(archive, env=env, device=device, force_reset=False)
         for name, value in _environment_arrays(env).items():
             value[...] = arrays[f"env.{name}"]
         buffer = getattr(model, "replay_buffer", None)
@@ -113,6 +115,8 @@ def _restore_generators(model: BaseAlgorithm, states: dict[str, Any], arrays: Ar
     state = {"key": arrays["numpy"], "pos": states["numpy"]}
     _numpy_generator().state = {"bit_generator": "MT19937", "state": state}
     torch.set_rng_state(torch.from_numpy(arrays["torch"]))
+    if model.device.type == "cuda":
+        torch.cuda.set_rng_state(torch.from_numpy(arrays["cuda"]), model.device)
     model.action_space.np_random.bit_generator.state = states["actions"]
 
 

@@ -84,12 +84,12 @@ def imitate(
     said: list[npt.NDArray[np.float32]] = []
 
     def fit(updates: int, falling: bool) -> None:
-        observations, labels = torch.from_numpy(np.concatenate(seen)), torch.from_numpy(np.concatenate(said))
+        observations, labels = (torch.from_numpy(np.concatenate(rows)).to(model.device) for rows in (seen, said))
         for k in range(updates):
             told(len(seen) * env.num_envs)
             if falling:
                 optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
-            rows = torch.from_numpy(random.integers(len(labels), size=how.batch))
+            rows = torch.from_numpy(random.integers(len(labels), size=how.batch)).to(model.device)
             cost = imitation_cost(actor.mean(observations[rows]), labels[rows])
             optimiser.zero_grad()
             cost.backward()  # type: ignore[no-untyped-call]
@@ -104,7 +104,7 @@ def imitate(
             assert isinstance(observation, np.ndarray)
             wanted = teacher.actions(observation[:, -channels:], starts)
             with torch.no_grad():
-                own = actor.mean(torch.from_numpy(observation)).numpy().clip(-1.0, 1.0)
+                own = actor.mean(torch.from_numpy(observation).to(model.device)).cpu().numpy().clip(-1.0, 1.0)
             seen.append(observation.copy())
             said.append(wanted)
             observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))

@@ -10,6 +10,7 @@ from typing import Any
 
 from agents.policy.environment import check_arguments, plain_arguments
 from agents.policy.run_folder import find_run, read_config
+from agents.training.device import DEVICES
 from agents.training.hyperparameters import ALGORITHMS, hyperparameters
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
 from drillrig_env.parameters import check_fields, parameter, refuse
@@ -70,6 +71,7 @@ class Training:
     threads: int | None = parameter(
         None, meaning="threads that step the rigs; the result is the same", allowed=COUNT, none="all cores"
     )
+    device: str = parameter("cpu", meaning="what PyTorch trains on", allowed=Choice(DEVICES))
     tensorboard: bool = parameter(True, meaning="write a TensorBoard log", allowed=Switch())
     progress: bool = parameter(True, meaning="show how the training does", allowed=Switch())
 
@@ -104,6 +106,7 @@ def checked_config(training: Training) -> dict[str, Any]:
         "eval_episodes": training.eval_episodes,
         "save_freq": training.save_freq or part,
         "tensorboard": training.tensorboard,
+        "device": training.device,
         "command": sys.argv,
         **({"resume_from": training.resume_from} if base else {}),
     }

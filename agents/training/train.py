@@ -16,6 +16,7 @@ from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new
 from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
+from agents.training.device import device_of
 from agents.training.fine_tuning import take_weights
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.imitation import Imitation, imitate
@@ -63,7 +64,7 @@ def resume(
         begun = path.is_file()
         if begun:
             _use_one_thread()
-            model = load_checkpoint(path, config["algorithm"], _environment(config, threads))
+            model = load_checkpoint(path, config["algorithm"], _environment(config, threads), device_of(config))
         else:
             model = new_model(config, threads)
         _learn(model, folder, config, threads, progress, begun, asked)
@@ -73,10 +74,11 @@ def resume(
 def new_model(config: Mapping[str, Any], threads: int | None = None) -> BaseAlgorithm:
     """A model as the config has it, before its first step, in its environment. `ValueError` where there is none."""
     _use_one_thread()
+    device = device_of(config)
     env = _environment(config, threads)
     arguments = algorithm_arguments(config["hyperparameters"])
     try:
-        model = algorithm_class(config["algorithm"])(env=env, seed=config["seed"], device="cpu", **arguments)
+        model = algorithm_class(config["algorithm"])(env=env, seed=config["seed"], device=device, **arguments)
     except (AssertionError, TypeError, ValueError) as error:  # Stable-Baselines3 has the last word
         raise ValueError(f"{config['algorithm']}: these hyperparameters are not allowed: {error}") from error
     if "resume_from" in config:
