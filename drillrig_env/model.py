@@ -92,7 +92,7 @@ def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
     torque that the lower shaft and the motor carry.
     """
     omega = np.asarray(speed, dtype=float)
-    return _equilibrium(rig, np.asarray(friction.torque(rig, omega)), omega)
+    return equilibrium(rig, np.asarray(friction.torque(rig, omega)), omega)
 
 
 def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) -> FloatArray:
@@ -103,7 +103,7 @@ def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) ->
     takes the place of the rig's own.
     """
     omega = np.asarray(speed, dtype=float)
-    return _equilibrium(rig, np.zeros(omega.shape), omega, drive)
+    return equilibrium(rig, np.zeros(omega.shape), omega, drive)
 
 
 def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
@@ -124,7 +124,8 @@ def _speed_loop(rig: Rig, drive: Drive | None) -> tuple[float, float, float]:
     return (rig.k_p, rig.k_i, rig.K_E) if drive is None else (drive.k_p, drive.k_i, drive.remaining_K_E(rig))
 
 
-def _equilibrium(rig: Rig, T_r1: FloatArray, omega: FloatArray, drive: Drive | None = None) -> FloatArray:
+def equilibrium(rig: Rig, T_r1: Quantity, omega: Quantity, drive: Drive | None = None) -> FloatArray:
+    """The state that (4-17) holds still at `omega` (rad/s) under a torque T_r1 on disc 1 (N m); shape (..., 7)."""
     T_r1, omega = np.broadcast_arrays(T_r1, omega)
     _, k_i, K_E = _speed_loop(rig, drive)
     T_r2 = rig.T_r2

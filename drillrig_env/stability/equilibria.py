@@ -121,7 +121,7 @@ def _hopf_point(rig: Rig, v_b: float, speed: float, border: Border, label: str) 
     Z, derivative = impedance(rig, 1j * frequency * np.array([1.0, 2.0]))
     shift = complex(-1.0 / derivative[0])
     second, third = -v_b * sigma, v_b**2 * sigma
-    mode = mode_shape(rig, sigma, 1j * frequency)
+    mode = mode_shape(rig, np.array(1j * frequency))
     share = 1.0 / float(np.linalg.norm(mode)) ** 2  # |q_3|^2 of the unit eigenvector
     cubic = third - second**2 / complex(Z[1] + sigma)
     coefficient = share * (shift * cubic).real / (2 * frequency)

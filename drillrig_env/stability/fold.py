@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
+from drillrig_env.stability.slipping_orbits import (
+    FEW_SAMPLES,
+    FIRST_REACH,
+    MANY_SAMPLES,
+    SlippingOrbits,
+    slipping_orbits,
+)
 from drillrig_env.stability.stable_sets import critical_speed
 
-_DEPTHS = (12.0, 20.0)
+_REACHES = tuple(FIRST_REACH * 2.0**doubled for doubled in range(4))
+"""Depths to which a family of slipping orbits is followed, one after the other: 96 is 500 N on the chapter's rig."""
 
 
 def fold_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
@@ -44,14 +53,15 @@ def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
 
     Raises `ValueError` for a load beyond what can be followed.
     """
-    load = load_of(rig, friction)
-    for depth in _DEPTHS:
-        family = slipping_orbits(rig, depth)
-        largest = family.log_gain[-1] + family.depth[-1]
-        if np.max(load) <= largest:
+    load = float(np.max(load_of(rig, friction)))
+    for reach, samples in product(_REACHES, (FEW_SAMPLES, MANY_SAMPLES)):
+        family = slipping_orbits(rig, reach, samples)
+        if load <= family.largest_load:
             return family
-    drop = float(np.exp(np.max(load)))
-    raise refuse("fold_speed", "N_1 r_1 (mu_s - mu_k) v_b", drop, "N m s/rad", f"<= {float(np.exp(largest)):.3g}")
+        if family.ends and samples == MANY_SAMPLES:
+            break
+    largest = float(np.exp(family.largest_load))
+    raise refuse("fold_speed", "N_1 r_1 (mu_s - mu_k) v_b", float(np.exp(load)), "N m s/rad", f"<= {largest:.3g}")
 
 
 def basin_depth(rig: RigLike, friction: FrictionLike, speed_reference: Quantity) -> FloatArray:

@@ -72,17 +72,22 @@ def impedance(rig: Rig, s: Complex) -> tuple[Complex, Complex]:
     return Z, slope
 
 
-def mode_shape(rig: Rig, slope: float, s: complex) -> Complex:
-    """The eigenvector of the Jacobian (4-19) at a friction slope (N m s/rad) for its eigenvalue s, x_3 = 1; (7,)."""
+def mode_shape(rig: Rig, s: Complex) -> Complex:
+    """The states that swing as exp(s t) with x_3 = 1 under a torque on disc 1 alone, shape (..., 7); `s` in 1/s, not 0.
+
+    Where s is an eigenvalue of the Jacobian (4-19) this is its eigenvector. The chain is gone up from the motor, so
+    that nothing cancels.
+    """
     p = rig
-    x_3 = 1.0 + 0.0j
-    lag = (p.J_1 * s + slope) * x_3  # minus the torque of the upper shaft on disc 1
-    x_4 = x_3 + lag / (p.d_1 + p.k_1 / s)
-    lag += p.J_2 * s * x_4
-    x_5 = x_4 + lag / (p.d_2 + p.k_2 / s)
-    x_7 = -x_5 / s
-    x_6 = (p.k_i * x_7 - (p.eta * p.K_E + p.k_p) * x_5) / (p.L * s + p.R)
-    return np.array([(x_3 - x_4) / s, (x_4 - x_5) / s, x_3, x_4, x_5, x_6, x_7])
+    drive = p.eta * p.K_E + p.k_p + p.k_i / s
+    x_5 = np.ones_like(s)
+    x_6 = -drive / (p.L * s + p.R)
+    torque = p.J_3 * s + p.eta**2 * p.C_m - p.eta * p.K_T * x_6
+    x_4 = x_5 + torque / (p.d_2 + p.k_2 / s)
+    torque = torque + p.J_2 * s * x_4
+    x_3 = x_4 + torque / (p.d_1 + p.k_1 / s)
+    states = np.stack([(x_3 - x_4) / s, (x_4 - x_5) / s, x_3, x_4, x_5, x_6, -x_5 / s], axis=-1)
+    return np.asarray(states / x_3[..., None])
 
 
 def _exact(rig: Rig) -> dict[str, Fraction]:

@@ -7,11 +7,12 @@ from scipy.optimize import brentq
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction, FrictionLike
-from drillrig_env.model import friction_input, frictionless_state, jacobian, wound_up
+from drillrig_env.model import wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
-from drillrig_env.stability.orbit import PeriodicOrbit, describe_orbit, difference_step
+from drillrig_env.stability.fourier_orbit import FourierOrbit
+from drillrig_env.stability.orbit import SIGNAL_COLUMNS, PeriodicOrbit, describe_orbit, difference_step
 from drillrig_env.stability.return_map import next_crossings
 from drillrig_env.stability.stable_sets import critical_speed
 
@@ -64,7 +65,7 @@ def _shoot(rig: Rig, friction: Friction, speed_reference: float, x: FloatArray, 
             return None
         gap = (image - x)[0, _FREE]
         if np.abs(gap).max() < _CLOSED:
-            orbit = describe_orbit(rig, friction, "p1", speed_reference, float(times[0]), x[0])
+            orbit = describe_orbit(rig, friction, speed_reference, float(times[0]), x[0])
             return orbit if orbit.stuck > 0.0 else None
         tried = x.copy()
         tried[0, _FREE] += np.linalg.solve(np.eye(6) - _return_slopes(rig, friction, speed_reference, x[0]), gap)
@@ -104,22 +105,18 @@ def slipping_orbit_of_depth(rig: Rig, friction: Friction, depth: float) -> Perio
     friction = friction.single()
     family = family_for(rig, friction)
     q, frequency, log_gain = family.orbit(depth)
-    v_b = float(friction.v_b)
-    speed_reference = rig.omega_s + (float(load_of(rig, friction)) - log_gain) / v_b
-    drive = np.fft.rfft(np.exp(log_gain - q)) / v_b  # the part of T_r1 that varies, N m
-    harmonics = 1j * frequency * np.arange(len(drive))
-    systems = harmonics[:, None, None] * np.eye(7) - jacobian(rig)
-    states = np.fft.irfft(np.linalg.solve(systems, friction_input(rig)[:, None])[..., 0].T * drive, len(q)).T
-    kinetic = float(friction.normal_force) * rig.r_1 * float(friction.mu_k)
-    rest = np.linalg.solve(jacobian(rig), -friction_input(rig) * kinetic)
-    lowest = frictionless_state(rig, speed_reference) + rest + states[0]
-    state, _ = next_crossings(rig, friction, speed_reference, lowest[None])
-    return describe_orbit(rig, friction, "p2", speed_reference, 2 * np.pi / frequency, state[0])
+    speed_reference = rig.omega_s + (float(load_of(rig, friction)) - log_gain) / float(friction.v_b)
+    orbit = FourierOrbit(rig, friction, speed_reference, q, frequency, log_gain)
+    lowest, highest = orbit.extremes(SIGNAL_COLUMNS)
+    state = orbit.states(np.array(orbit.section_phase))
+    return PeriodicOrbit(
+        rig, friction, "p2", speed_reference, orbit.period, state, lowest, highest, 0.0, orbit.multipliers
+    )
 
 
 def _return_slopes(rig: Rig, friction: Friction, speed_reference: float, state: FloatArray) -> FloatArray:
     """Derivative of the return map on the section, by central differences; shape (6, 6)."""
-    size = difference_step(rig, friction, "p1", speed_reference)
+    size = difference_step(rig, friction, speed_reference)
     steps = size * np.eye(7)[_FREE]
     ends, _ = next_crossings(rig, friction, speed_reference, np.concatenate([state + steps, state - steps]))
     return np.asarray((ends[:6] - ends[6:])[:, _FREE].T / (2 * size))

@@ -16,14 +16,18 @@ from drillrig_env.stability.return_map import flow
 from drillrig_env.stepper.batch import advance_batch
 
 SIGNALS = ("bit_speed", "collar_speed", "top_speed", "current")
-"""The states whose extremes an orbit reports, columns 2 to 5 of the state."""
+SIGNAL_COLUMNS = slice(2, 6)
+"""The states whose extremes an orbit reports, and their columns of the state."""
 
 _SAMPLE_PERIOD = 1e-3  # s, for extremes: a peak is met within 1e-5 rad/s
 _FINE = 100  # times as many samples around the lowest bit speed, where none of the others is in the stick zone
 
-_DIFFERENCE = {"p1": 1e-4, "p2": 1e-6}
-"""Steps of finite differences, for speed references of 1 rad/s and more; in proportion below. p1 meets
-kinks, each with an error near 1e-8; p2 is smooth but near the fold must not be pushed into the stick zone."""
+_DIFFERENCE = 1e-4
+"""Steps of finite differences, for speed references of 1 rad/s and more; in proportion below. p1 meets kinks, each with
+an error near 1e-8."""
+
+_ROUNDING = 1e-11
+"""A multiplier nearer to the unit circle counts as on it: those of an orbit with a swing of 1e-6 are."""
 
 _NEAR_THE_FOLD = 0.03
 _LEAST_DIFFERENCE = 1e-7
@@ -53,9 +57,9 @@ class PeriodicOrbit:
 
     @property
     def stable(self) -> bool:
-        """Whether every multiplier but the trivial one lies inside the unit circle."""
+        """Whether every multiplier but the trivial one lies inside the unit circle, by more than rounding."""
         trivial = int(np.argmin(np.abs(self.multipliers - 1.0)))
-        return bool(np.all(np.abs(np.delete(self.multipliers, trivial)) < 1.0))
+        return bool(np.all(np.abs(np.delete(self.multipliers, trivial)) < 1.0 - _ROUNDING))
 
     def trajectory(self, samples: int = 400) -> tuple[FloatArray, FloatArray]:
         """Times (s) over one period and the states there, shapes (samples + 1,) and (samples + 1, 7)."""
@@ -74,34 +78,32 @@ class PeriodicOrbit:
 
 
 def describe_orbit(
-    rig: Rig, friction: Friction, branch: Literal["p1", "p2"], speed_reference: float, period: float, state: FloatArray
+    rig: Rig, friction: Friction, speed_reference: float, period: float, state: FloatArray
 ) -> PeriodicOrbit:
-    """The orbit through a `state` on the section, of which the period (s) is known."""
+    """The stick-slip orbit p1 through a `state` on the section, of which the period (s) is known."""
     samples = _samples(rig, friction, speed_reference, state, _SAMPLE_PERIOD, int(period / _SAMPLE_PERIOD))
     stuck = float(np.mean(np.abs(samples[:, 2]) < rig.omega_s))
-    if branch == "p1" and stuck == 0.0:
+    if stuck == 0.0:
         before = samples[max(int(np.argmin(samples[:, 2])) - 1, 0)]
         closely = _samples(rig, friction, speed_reference, before, _SAMPLE_PERIOD / _FINE, 2 * _FINE)
         stuck = float(np.mean(np.abs(closely[:, 2]) < rig.omega_s)) * 2 * _SAMPLE_PERIOD / period
     return PeriodicOrbit(
         rig,
         friction,
-        branch,
+        "p1",
         speed_reference,
         period,
         state,
-        lowest=samples[:, 2:6].min(axis=0),
-        highest=samples[:, 2:6].max(axis=0),
+        lowest=samples[:, SIGNAL_COLUMNS].min(axis=0),
+        highest=samples[:, SIGNAL_COLUMNS].max(axis=0),
         stuck=stuck,
-        multipliers=_multipliers(rig, friction, branch, speed_reference, state, period),
+        multipliers=_multipliers(rig, friction, speed_reference, state, period),
     )
 
 
-def difference_step(rig: Rig, friction: Friction, branch: str, speed_reference: float) -> float:
+def difference_step(rig: Rig, friction: Friction, speed_reference: float) -> float:
     """The step of finite differences at a speed reference (rad/s), in every state's own unit."""
-    size = _DIFFERENCE[branch] * min(1.0, speed_reference)
-    if branch == "p2":
-        return size
+    size = _DIFFERENCE * min(1.0, speed_reference)
     try:
         distance = abs(float(fold_speed(rig, friction)) - speed_reference)
     except ValueError:  # a load beyond what can be followed: the fold is far away
@@ -118,10 +120,10 @@ def _samples(
 
 
 def _multipliers(
-    rig: Rig, friction: Friction, branch: str, speed_reference: float, state: FloatArray, period: float
+    rig: Rig, friction: Friction, speed_reference: float, state: FloatArray, period: float
 ) -> npt.NDArray[np.complex128]:
     """Eigenvalues of the flow's derivative over one period, by central differences; largest first."""
-    size = difference_step(rig, friction, branch, speed_reference)
+    size = difference_step(rig, friction, speed_reference)
     steps = size * np.eye(7)
     ends = flow(rig, friction, speed_reference, np.concatenate([state + steps, state - steps]), period)
     values = np.linalg.eigvals((ends[:7] - ends[7:]).T / (2 * size)).astype(complex)

@@ -23,98 +23,53 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.model import friction_input, jacobian
 from drillrig_env.rig import Rig
+from drillrig_env.stability.harmonic_balance import balance_of
 from drillrig_env.stability.stable_sets import critical_slope, stable_set
 
+FIRST_REACH = 12.0
+"""Depth to which a family is followed at first: well past 40 N on the chapter's rig."""
+
+FEW_SAMPLES, MANY_SAMPLES = 256, 2048
+"""Most samples of an orbit: what plausible rigs take, 64 to 512, and what is tried where these do not do."""
+
 _POINTS_A_UNIT = 12
+_POINTS_A_REACH = 60  # beyond FIRST_REACH steps grow with the depth: this many to twice the depth, and some
 _FIRST_DEPTH = 0.02
-_TAIL = 1e-9
-"""Largest share of the highest harmonics; above it the number of samples is doubled."""
-
-_MOST_SAMPLES = 4096
-"""Most samples of an orbit; plausible rigs take 64 to 512, and a matrix for twice this many fills 0.5 GB."""
-
-Complex = npt.NDArray[np.complex128]
-
-
-class HarmonicBalance:
-    """The equations q = G L[exp(-q)] of a rig at M samples of one period, and Newton's method for them."""
-
-    def __init__(self, rig: Rig, samples: int) -> None:
-        self.samples = samples
-        self.harmonics = np.arange(samples // 2 + 1)
-        self.rates = 1j * self.harmonics * (self.harmonics < samples // 2)  # of d/d theta
-        self._matrix, self._input = jacobian(rig), friction_input(rig)
-        poles, modes = np.linalg.eig(self._matrix)
-        self._poles = poles
-        self._residues = modes[2] * np.linalg.solve(modes, self._input)
-        i, j = np.indices((samples, samples))
-        self._circulant = (i - j) % samples
-
-    def transfer(self, frequency: float) -> tuple[Complex, Complex]:
-        """H(i k Omega) of every harmonic, and its derivative with respect to Omega (rad/s)."""
-        s = 1j * self.harmonics * frequency
-        distance = s[:, None] - self._poles
-        response = (self._residues / distance).sum(axis=1)
-        slope = -1j * self.harmonics * (self._residues / distance**2).sum(axis=1)
-        response[0] = slope[0] = 0.0
-        response[-1], slope[-1] = response[-1].real, slope[-1].real
-        return response, slope
-
-    def solve(self, depth: float, q: FloatArray, frequency: float, log_gain: float) -> tuple[FloatArray, float, float]:
-        """The orbit of a given depth from a guess: q at the samples (lowest first), Omega, ln G.
-
-        Raises `FloatingPointError` where Newton's method does not converge.
-        """
-        m = self.samples
-        derivative = np.fft.irfft(self.rates, m)[(-np.arange(m)) % m]
-        for _ in range(25):
-            response, slope = self.transfer(frequency)
-            drive = np.exp(log_gain - q)
-            spectrum = np.fft.rfft(drive)
-            answer = np.fft.irfft(response * spectrum, m)
-            residual = np.concatenate([q - answer, [q[0] + depth, derivative @ q]])
-            matrix = np.zeros((m + 2, m + 2))
-            matrix[:m, :m] = np.eye(m) + np.fft.irfft(response, m)[self._circulant] * drive
-            matrix[:m, m] = -np.fft.irfft(slope * spectrum, m)
-            matrix[:m, m + 1] = -answer
-            matrix[m, 0] = 1.0
-            matrix[m + 1, :m] = derivative
-            try:
-                step = np.linalg.solve(matrix, -residual)
-            except np.linalg.LinAlgError:
-                break
-            q, frequency, log_gain = q + step[:m], frequency + step[m], log_gain + step[m + 1]
-            if np.abs(step).max() < 1e-12 * max(1.0, depth):
-                return q, float(frequency), float(log_gain)
-        raise FloatingPointError(
-            f"harmonic balance: no orbit of depth {depth:g} found with {m} samples; check the rig's parameters"
-        )
-
-    def is_resolved(self, q: FloatArray) -> bool:
-        """Whether the highest harmonics of q have died out."""
-        spectrum = np.abs(np.fft.rfft(q))
-        return bool(spectrum[-max(3, self.samples // 16) :].max() < _TAIL * spectrum.max())
 
 
 @dataclass(frozen=True, eq=False)
 class SlippingOrbits:
-    """The family of a rig: depth a, ln G and frequency Omega (rad/s) of each orbit, and its samples of q."""
+    """The family of a rig: depth a, ln G and frequency Omega (rad/s) of each orbit, and its samples of q.
+
+    `ends` says why the family could be followed no further; None where it reaches the depth asked for.
+    """
 
     rig: Rig
     depth: FloatArray
     log_gain: FloatArray
     frequency: FloatArray
     waves: tuple[FloatArray, ...]
+    ends: str | None = None
+
+    @cached_property
+    def largest_load(self) -> float:
+        """The largest load, as for `grazing_depth`, of which the grazing orbit is in this family."""
+        return float(self.loads[-1])
+
+    @cached_property
+    def loads(self) -> FloatArray:
+        """The load under which each orbit grazes, up to where it no longer rises with the depth."""
+        loads = self.log_gain + self.depth
+        falls = np.flatnonzero(np.diff(loads) <= 0.0)
+        return loads[: falls[0] + 1] if len(falls) else loads
 
     @cached_property
     def _depth_of_load(self) -> CubicSpline:
-        return CubicSpline(self.log_gain + self.depth, self.depth)
+        return CubicSpline(self.loads, self.depth[: len(self.loads)])
 
     @cached_property
     def guess(self) -> CubicSpline:
@@ -123,65 +78,110 @@ class SlippingOrbits:
 
     def grazing_depth(self, load: FloatArray) -> FloatArray:
         """Depth of the orbit that grazes under a load, ln(v_b N_1 r_1 (mu_s - mu_k)) - v_b omega_s; NaN: none does."""
-        loads = self.log_gain + self.depth
-        return np.where(load >= loads[0], self._depth_of_load(np.maximum(load, loads[0])), np.nan)
+        return np.where(load >= self.loads[0], self._depth_of_load(np.maximum(load, self.loads[0])), np.nan)
+
+    @cached_property
+    def _unstable_side(self) -> tuple[FloatArray, FloatArray]:
+        """-ln G, rising, and depth from the orbit of the largest gain on: p2 beside stable steady rotation."""
+        first = int(np.argmax(self.log_gain))
+        gains, depths = -self.log_gain[first:], self.depth[first:]
+        rises = np.append(True, np.diff(np.maximum.accumulate(gains)) > 0.0)
+        return gains[rises], depths[rises]
 
     @cached_property
     def _depth_of_gain(self) -> CubicSpline:
-        return CubicSpline(-self.log_gain, self.depth)
+        return CubicSpline(*self._unstable_side)
 
     def depth_of_gain(self, log_gain: FloatArray) -> FloatArray:
-        """Depth of the orbit p2 at a gain, ln G; 0 where G is above the critical one, and p2 is gone."""
-        inside = np.clip(-np.asarray(log_gain), -self.log_gain[0], -self.log_gain[-1])
-        return np.asarray(self._depth_of_gain(inside))
+        """Depth of the unstable orbit p2 at a gain, ln G; that of the largest gain where G is above it.
+
+        That one is 0 where p2 begins unstable: at the critical gain it is gone.
+        """
+        gains, _ = self._unstable_side
+        return np.asarray(self._depth_of_gain(np.clip(-np.asarray(log_gain), gains[0], gains[-1])))
 
     def orbit(self, depth: float) -> tuple[FloatArray, float, float]:
         """The orbit of a depth inside the family: samples of q over one period (lowest first), Omega, ln G."""
-        nearest = int(np.argmin(np.abs(self.depth - depth)))
+        nearest = max(int(np.argmin(np.abs(self.depth - depth))), 1)
         wave = self.waves[nearest]
         log_gain, frequency = self.guess(depth)
-        return _balance(self.rig, len(wave)).solve(depth, wave * (-depth / wave[0]), frequency, log_gain)
+        return balance_of(self.rig, len(wave)).solve(depth, wave * (-depth / wave[0]), frequency, log_gain)
 
 
-@lru_cache(maxsize=32)
-def _balance(rig: Rig, samples: int) -> HarmonicBalance:
-    return HarmonicBalance(rig, samples)
-
-
-@lru_cache(maxsize=32)
-def slipping_orbits(rig: Rig, largest_depth: float = 12.0) -> SlippingOrbits:
-    """Follow the family of a rig from its Hopf point to a depth (12: well past 40 N on the chapter's rig).
+@lru_cache(maxsize=64)
+def slipping_orbits(rig: Rig, reach: float = FIRST_REACH, most_samples: int = FEW_SAMPLES) -> SlippingOrbits:
+    """Follow the family of a rig from its Hopf point to a depth, as far as it can be found and resolved.
 
     Raises `ValueError` for a rig without a Hopf point, whose Delta T_r,min is not negative or is not there, and
-    `FloatingPointError` for one whose orbits cannot be found or resolved.
+    `FloatingPointError` for one of which not even the first orbit is found or resolved with MANY_SAMPLES.
     """
+    if most_samples > FEW_SAMPLES:
+        begun = slipping_orbits(rig, reach)
+    elif reach > FIRST_REACH:
+        begun = slipping_orbits(rig, 0.5 * reach)
+    else:
+        begun = _hopf_point(rig)
+    depths, gains, frequencies = list(begun.depth), list(begun.log_gain), list(begun.frequency)
+    waves, ends = list(begun.waves), None
+    if begun.ends and most_samples <= FEW_SAMPLES:
+        return begun
+    for depth in _depths(depths[-1], reach):
+        try:
+            frequency, log_gain = _ahead(depth, depths, frequencies), _ahead(depth, depths, gains)
+            wave, frequency, log_gain = _resolved(rig, depth, waves[-1], frequency, log_gain, most_samples)
+        except FloatingPointError as error:
+            if len(depths) == 1 and most_samples == MANY_SAMPLES:
+                raise
+            ends = str(error)
+            break
+        for kept, value in zip((depths, gains, frequencies, waves), (depth, log_gain, frequency, wave), strict=True):
+            kept.append(value)
+    return SlippingOrbits(rig, np.array(depths), np.array(gains), np.array(frequencies), tuple(waves), ends)
+
+
+def _hopf_point(rig: Rig) -> SlippingOrbits:
+    """The family's beginning alone: the orbit of depth 0, with the form of a small one."""
     slope = critical_slope(rig)
     if slope >= 0:
         raise ValueError(
             "slipping_orbits: under any friction that falls with speed steady rotation of this rig is never stable: "
             "its drive shakes by itself; see stable_slopes"
         )
-    samples, log_gain = 64, float(np.log(-slope))
-    frequency = stable_set(rig)[0][0].frequency
-    depths = np.concatenate([[_FIRST_DEPTH], np.arange(1, round(largest_depth * _POINTS_A_UNIT) + 1) / _POINTS_A_UNIT])
-    q = -_FIRST_DEPTH * np.cos(2 * np.pi * np.arange(samples) / samples)
-    found: list[tuple[float, float, FloatArray]] = [(log_gain, frequency, np.zeros(samples))]
-    for depth in depths:
-        q, frequency, log_gain = _balance(rig, samples).solve(depth, q * (-depth / q[0]), frequency, log_gain)
-        while not _balance(rig, samples).is_resolved(q):
-            if samples >= _MOST_SAMPLES:
-                raise FloatingPointError(
-                    f"harmonic balance: {samples} samples do not resolve the orbit of depth {depth:g}; "
-                    "check the rig's parameters"
-                )
-            samples *= 2
-            finer = np.fft.irfft(np.fft.rfft(q), samples) * 2.0
-            q, frequency, log_gain = _balance(rig, samples).solve(depth, finer, frequency, log_gain)
-        found.append((log_gain, frequency, q))
-    return SlippingOrbits(
-        rig,
-        np.concatenate([[0.0], depths]),
-        np.array([gain for gain, _, _ in found]),
-        np.array([omega for _, omega, _ in found]),
-        tuple(wave for _, _, wave in found),
-    )
+    frequency = next(low.frequency for low, _ in stable_set(rig) if low.slope == slope)
+    zeros = np.zeros(64)
+    return SlippingOrbits(rig, np.zeros(1), np.array([np.log(-slope)]), np.array([frequency]), (zeros,))
+
+
+def _ahead(depth: float, depths: list[float], values: list[float]) -> float:
+    """A guess at a value of the next orbit: along the last two, but for the flat beginning."""
+    if len(depths) < 3:
+        return values[-1]
+    return values[-1] + (depth - depths[-1]) / (depths[-1] - depths[-2]) * (values[-1] - values[-2])
+
+
+def _depths(last: float, reach: float) -> FloatArray:
+    """Depths from the last one on, up to `reach`."""
+    within = np.arange(1, round(min(reach, FIRST_REACH) * _POINTS_A_UNIT) + 1) / _POINTS_A_UNIT
+    doublings = max(np.log2(reach / FIRST_REACH), 0.0)
+    beyond = FIRST_REACH * 2.0 ** (np.arange(1, round(doublings * _POINTS_A_REACH) + 1) / _POINTS_A_REACH)
+    depths = np.concatenate([[_FIRST_DEPTH], within, beyond])
+    return depths[depths > last * (1.0 + 1e-12)]
+
+
+def _resolved(
+    rig: Rig, depth: float, wave: FloatArray, frequency: float, log_gain: float, most_samples: int
+) -> tuple[FloatArray, float, float]:
+    """The orbit of a depth from the last one, with as many samples as it takes."""
+    samples = len(wave)
+    wave = -depth * np.cos(2 * np.pi * np.arange(samples) / samples) if wave[0] == 0.0 else wave * (-depth / wave[0])
+    while True:
+        wave, frequency, log_gain = balance_of(rig, samples).solve(depth, wave, frequency, log_gain)
+        if balance_of(rig, samples).is_resolved(wave):
+            return wave, frequency, log_gain
+        if samples >= most_samples:
+            raise FloatingPointError(
+                f"harmonic balance: {samples} samples do not resolve the orbit of depth {depth:g}; "
+                "check the rig's parameters"
+            )
+        samples *= 2
+        wave = np.fft.irfft(np.fft.rfft(wave), samples) * 2.0

@@ -46,8 +46,8 @@ def test_characteristic_polynomial_vanishes_at_the_eigenvalues_and_modes_are_eig
     scale = np.polyval(np.abs(polynomial)[::-1], np.abs(values))
     assert (np.abs(np.polyval(polynomial[::-1], values)) < 1e-10 * scale).all()
     for value in values:
-        mode = mode_shape(rig, slope, value)
-        assert mode[2] == 1.0
+        mode = mode_shape(rig, np.array(value))
+        assert mode[2] == pytest.approx(1.0, abs=1e-14)
         np.testing.assert_allclose(jacobian(rig, slope) @ mode, value * mode, atol=1e-6 * np.abs(value * mode).max())
 
 

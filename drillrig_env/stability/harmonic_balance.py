@@ -1,0 +1,85 @@
+"""Harmonic balance: a periodic orbit that never sticks as a wave of the bit speed, by Newton's method.
+
+The equations are those of `drillrig_env.stability.slipping_orbits`, q = G L[exp(-q)], at equally spaced samples of one
+period; L is a product with the transfer function -1 / Z of every harmonic.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.rig import Rig
+from drillrig_env.stability.impedance import Complex, impedance
+
+_TAIL = 1e-9
+"""Largest share of the highest harmonics; above it the number of samples is doubled."""
+
+_CLOSE = 1e-11
+"""Newton's method has converged where its step is below this share of the depth, and of Omega and G."""
+
+
+class HarmonicBalance:
+    """The equations q = G L[exp(-q)] of a rig at M samples of one period, and Newton's method for them."""
+
+    def __init__(self, rig: Rig, samples: int) -> None:
+        self.rig, self.samples = rig, samples
+        self.harmonics = np.arange(samples // 2 + 1)
+        self.rates = 1j * self.harmonics * (self.harmonics < samples // 2)  # of d/d theta
+        i, j = np.indices((samples, samples))
+        self._circulant = (i - j) % samples
+
+    def transfer(self, frequency: float) -> tuple[Complex, Complex]:
+        """H(i k Omega) = -1 / Z of every harmonic, and its derivative with respect to Omega (rad/s)."""
+        response, slope = np.zeros((2, len(self.harmonics)), dtype=complex)
+        order: Complex = np.array(1j * self.harmonics[1:])
+        Z, derivative = impedance(self.rig, order * frequency)
+        response[1:], slope[1:] = -1.0 / Z, order * derivative / Z**2
+        response[-1], slope[-1] = response[-1].real, slope[-1].real
+        return response, slope
+
+    def solve(self, depth: float, q: FloatArray, frequency: float, log_gain: float) -> tuple[FloatArray, float, float]:
+        """The orbit of a given depth from a guess: q at the samples (lowest first), Omega, ln G.
+
+        Raises `FloatingPointError` where Newton's method does not converge.
+        """
+        m = self.samples
+        derivative = np.fft.irfft(self.rates, m)[(-np.arange(m)) % m]
+        for _ in range(25):
+            response, slope = self.transfer(frequency)
+            with np.errstate(over="ignore"):
+                spectrum = np.fft.rfft(np.exp(log_gain) * np.expm1(-q))  # a constant makes no difference
+                drive = np.exp(log_gain - q)
+            answer = np.fft.irfft(response * spectrum, m)
+            residual = np.concatenate([q - answer, [q[0] + depth, derivative @ q]])
+            if not np.isfinite(residual).all():
+                break
+            matrix = np.zeros((m + 2, m + 2))
+            matrix[:m, :m] = np.eye(m) + np.fft.irfft(response, m)[self._circulant] * drive
+            matrix[:m, m] = -np.fft.irfft(slope * spectrum, m) * frequency
+            matrix[:m, m + 1] = -answer
+            matrix[m, 0] = 1.0
+            matrix[m + 1, :m] = derivative
+            try:
+                step = np.linalg.solve(matrix, -residual)
+            except np.linalg.LinAlgError:
+                break
+            q, frequency, log_gain = q + step[:m], frequency * np.exp(step[m]), log_gain + step[m + 1]
+            if np.abs(step[:m]).max() < _CLOSE * depth and np.abs(step[m:]).max() < _CLOSE:
+                return q, float(frequency), float(log_gain)
+        raise FloatingPointError(
+            f"harmonic balance: no orbit of depth {depth:g} found with {m} samples; check the rig's parameters"
+        )
+
+    def is_resolved(self, q: FloatArray) -> bool:
+        """Whether the highest harmonics of q have died out."""
+        spectrum = np.abs(np.fft.rfft(q))
+        return bool(spectrum[-max(3, self.samples // 16) :].max() < _TAIL * spectrum.max())
+
+
+@lru_cache(maxsize=32)
+def balance_of(rig: Rig, samples: int) -> HarmonicBalance:
+    """The equations of a rig, built or recalled."""
+    return HarmonicBalance(rig, samples)
