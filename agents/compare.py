@@ -31,11 +31,11 @@ from agents.training.train import resume, train
 from agents.variants import COMPARISONS, Setting
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Failed, Parser, command
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.files import check_writable, check_writable_file, owned
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.policy import make_policy
+from drillrig_env.scales import SLEW_LIMIT
 
 COMMAND = "python -m agents.compare"
 SEEDS, RIGS = 3, 1000

@@ -14,9 +14,9 @@ from agents.policy.action_zero import ActionZero
 from agents.policy.agent import Agent
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import play
 from drillrig_env.evaluation.suites import STICKING
+from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.seeds import EVALUATION_SEEDS
 from drillrig_env.verdict import WINDOW, is_mitigated
 

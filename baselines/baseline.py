@@ -12,8 +12,8 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 from drillrig_env.drive import Drive
 from drillrig_env.env.core import rate_action
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import SENSORS, Sensors
+from drillrig_env.env.task import Task
 from drillrig_env.policy import AtHome
 from drillrig_env.rig import Rig, RigLike
 
@@ -31,7 +31,9 @@ class Baseline(AtHome):
     - `tuned_values`: what it found for them, by the sensors that it was run with;
     - `slow`: whether an episode takes minutes rather than seconds.
 
-    Sensors that do not show what a policy reads are refused with a `ValueError`.
+    `rig`, `slew_limit` (rad/s^2), `control_period` (s) and `largest_reference` (rad/s) are those of the environment
+    that it acts in; None is the rig's own. Sensors that do not show what a policy reads are refused with a
+    `ValueError`.
     """
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")
@@ -43,11 +45,21 @@ class Baseline(AtHome):
     slow: ClassVar[bool] = False
 
     def __init__(
-        self, sensors: str | tuple[str, ...] = "state", rig: RigLike = None, slew_limit: float = SLEW_LIMIT
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: RigLike = None,
+        slew_limit: float | None = None,
+        control_period: float | None = None,
+        largest_reference: float | None = None,
     ) -> None:
-        self.sensors = Sensors.named(sensors)
-        self.rig = Rig.of(rig)
-        self.slew_limit = slew_limit
+        self.task = Task.for_rig(
+            rig,
+            sensors=sensors,
+            slew_limit=slew_limit,
+            control_period=control_period,
+            largest_reference=largest_reference,
+        )
+        self.sensors = self.task.sensors
         self._privileged_values: dict[str, FloatArray] = {}
         lacking = self._lacking(self.sensors)
         if lacking:
@@ -65,6 +77,16 @@ class Baseline(AtHome):
         if cls.any_of and not any(shown.issuperset(group) for group in cls.any_of):
             missing.append("one of " + " or ".join(f"({', '.join(group)})" for group in cls.any_of))
         return " and ".join(part for part in missing if part)
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that it is made for."""
+        return self.task.rig
+
+    @property
+    def slew_limit(self) -> float:
+        """Largest rate of the speed reference (rad/s^2): what the action 1 stands for."""
+        return self.task.slew_limit
 
     def _given_or_tuned(self, **given: float | None) -> dict[str, float]:
         """The tuned arguments: those given, and for None what was found with these sensors or the like.
@@ -89,6 +111,10 @@ class Baseline(AtHome):
         kwargs: dict[str, Any] = {"slew_limit": self.slew_limit}
         if self.rig != Rig():
             kwargs["rig"] = self.rig
+        own = Task.for_rig(self.rig)
+        for name in ("control_period", "largest_reference"):
+            if getattr(self.task, name) != getattr(own, name):
+                kwargs[name] = getattr(self.task, name)
         if self.drive is not None:
             kwargs["drive"] = self.drive
         return kwargs if self.sensors.name in ("state", "surface") else {**kwargs, "sensors": self.sensors}
@@ -123,9 +149,15 @@ class Baseline(AtHome):
             raise RuntimeError(
                 f"{type(self).__name__} is told {', '.join(self.privileged)}: call tell(info) before predict"
             )
-        desired = self.desired_reference(seen, self._privileged_values, memory)
-        actions = rate_action(desired, seen["speed_reference"], self.slew_limit)
+        desired = self._desired(seen, self._privileged_values, memory)
+        actions = rate_action(desired, seen["speed_reference"], self.slew_limit, self.task.control_period)
         return (actions if np.ndim(observation) == 2 else actions[0]), (memory,)
+
+    def _desired(
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        """The wanted speed reference in rad/s, from physical values."""
+        return self.desired_reference(seen, privileged, memory)
 
     @abstractmethod
     def desired_reference(

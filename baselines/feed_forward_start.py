@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import exp
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.baseline import Baseline
+from baselines.counted import CountedLaw
 from baselines.startup_plan import Haste, startup_plan
 from baselines.string_torque import torque_from_twist
 from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import Friction
 from drillrig_env.rig import RigLike
+from drillrig_env.scales import LARGEST_REFERENCE
 from drillrig_env.stability import critical_speed
 
 _PHASE, _STEPS, _TORQUE, _SPEED, _SQUARE, _WOUND, _WINDING = range(7)
 _HOLD, _STOP, _START = 0.0, 1.0, 2.0
 
 _SMOOTHING_TIME = 0.5  # s, of torque and top speed
-_SMOOTHING = 1.0 - exp(-CONTROL_PERIOD / _SMOOTHING_TIME)
-_UNREST = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of its mean square deviation; about one stick-slip period
+_UNREST_TIME = 2.5  # s, of its mean square deviation; about one stick-slip period
 _STANDING = 0.05  # rad/s, of the speed reference
 _LEAST_DROP = 0.06  # N m; noise alone must not look like shaking
 _SETTLING = 3.0  # s from standstill of the drive until bit and collars have come to rest
 
 
-class FeedForwardStart(Baseline):
+class FeedForwardStart(CountedLaw):
     """Stop, then start along a plan, told the friction; back to a stop where it ends in stick-slip again.
 
     Aarsnes, di Meglio & Shor, Avoiding stick slip vibrations in drilling through startup trajectory
@@ -69,29 +66,30 @@ class FeedForwardStart(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         acceleration: float | None = None,
         build_up: float | None = None,
         beyond: float | None = None,
         margin: float | None = None,
         ease: float | None = None,
         shaking: float = 0.5,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         values = self._given_or_tuned(
             acceleration=acceleration, build_up=build_up, beyond=beyond, margin=margin, ease=ease
         )
         self.haste = Haste(values["acceleration"], values["build_up"])
         self.beyond, self.margin, self.ease = values["beyond"], values["margin"], values["ease"]
         self.shaking = shaking
-        self._stiffness = self.rig.k_1 * self.rig.k_2 / (self.rig.k_1 + self.rig.k_2)
+        self._stiffness = self.plant.k_1 * self.plant.k_2 / (self.plant.k_1 + self.plant.k_2)
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """Zero, the plan, or the speed to hold, by phase."""
         friction = Friction(**privileged)
-        stable = np.asarray(critical_speed(self.rig, friction))
+        stable = np.asarray(critical_speed(self.plant, friction))
         floor = np.minimum(np.maximum(seen["speed_target"], stable + self.margin), LARGEST_REFERENCE)
         self._watch(seen, friction, memory)
         reference = seen["speed_reference"]
@@ -101,19 +99,20 @@ class FeedForwardStart(Baseline):
         for i in np.flatnonzero(memory[:, _PHASE] == _START):
             force, mu_s, mu_k, v_b = contacts[i].tolist()
             plan = startup_plan(
-                self.rig,
+                self.plant,
                 (force, mu_s, mu_k, v_b),
                 float(memory[i, _WOUND]),
                 float(memory[i, _WINDING]),
                 float(speeds[i]),
                 self.haste,
+                self.period,
             )
             step = int(memory[i, _STEPS])
             planned[i] = plan.references[min(step, len(plan.references) - 1)]
             if step >= len(plan.references) - 1:
                 memory[i, [_PHASE, _STEPS, _SQUARE]] = _HOLD, 0.0, 0.0
         memory[:, _STEPS] += 1.0
-        move = np.clip(floor - reference, -self.ease * CONTROL_PERIOD, self.ease * CONTROL_PERIOD)
+        move = np.clip(floor - reference, -self.ease * self.period, self.ease * self.period)
         phase = memory[:, _PHASE]
         wanted = np.select([phase == _STOP, phase == _START], [np.zeros_like(planned), planned], reference + move)
         return np.asarray(np.maximum(wanted, 0.0))
@@ -124,21 +123,21 @@ class FeedForwardStart(Baseline):
         reference, top = seen["speed_reference"], seen["top_speed"]
         fresh = memory[:, _TORQUE] == 0.0
         for column, value in ((_TORQUE, torque), (_SPEED, top)):
-            memory[:, column] += np.where(fresh, 1.0, _SMOOTHING) * (value - memory[:, column])
-        steady = np.asarray(friction.torque(self.rig, np.maximum(reference, self.rig.omega_s))) + self.rig.T_r2
-        memory[:, _SQUARE] += _UNREST * ((torque - steady) ** 2 - memory[:, _SQUARE])
-        drop = self.rig.r_1 * np.asarray(friction.normal_force) * (np.asarray(friction.mu_s) - friction.mu_k)
+            memory[:, column] += np.where(fresh, 1.0, self.followed(_SMOOTHING_TIME)) * (value - memory[:, column])
+        steady = np.asarray(friction.torque(self.plant, np.maximum(reference, self.plant.omega_s))) + self.plant.T_r2
+        memory[:, _SQUARE] += self.followed(_UNREST_TIME) * ((torque - steady) ** 2 - memory[:, _SQUARE])
+        drop = self.plant.r_1 * np.asarray(friction.normal_force) * (np.asarray(friction.mu_s) - friction.mu_k)
         drop = np.maximum(drop, _LEAST_DROP)
         hold, stop = memory[:, _PHASE] == _HOLD, memory[:, _PHASE] == _STOP
         unrest = hold & (memory[:, _SQUARE] > (self.shaking * drop) ** 2)
         stopping = unrest | (hold & fresh & (reference < _STANDING))
         standing = stop & (reference < _STANDING) & (np.abs(memory[:, _SPEED]) < 2.0 * _STANDING)
         memory[:, _STEPS] = np.where(stop & ~standing, 0.0, memory[:, _STEPS])
-        starting = standing & (memory[:, _STEPS] >= _SETTLING / CONTROL_PERIOD)
+        starting = standing & (memory[:, _STEPS] >= _SETTLING / self.period)
         memory[stopping, _PHASE], memory[starting, _PHASE] = _STOP, _START
         winding = np.maximum(memory[starting, _SPEED], 0.0)
-        late = _SMOOTHING_TIME + self.sensors.delay * CONTROL_PERIOD
-        memory[starting, _WOUND] = memory[starting, _TORQUE] - self.rig.T_r2 + self._stiffness * winding * late
+        late = _SMOOTHING_TIME + self.sensors.delay * self.period
+        memory[starting, _WOUND] = memory[starting, _TORQUE] - self.plant.T_r2 + self._stiffness * winding * late
         memory[starting, _WINDING] = winding
         memory[:, _STEPS] = np.where(stopping | starting, 0.0, memory[:, _STEPS])
 
@@ -146,4 +145,4 @@ class FeedForwardStart(Baseline):
         """Torque into the string (N m), from the drive's estimate or the upper shaft."""
         if "string_torque" in seen:
             return seen["string_torque"]
-        return torque_from_twist(self.rig, seen)
+        return torque_from_twist(self.plant, seen)

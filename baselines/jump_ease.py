@@ -9,27 +9,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from math import exp, sqrt
-from typing import ClassVar
+from math import sqrt
+from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.baseline import Baseline
+from baselines.counted import CountedLaw
 from baselines.string_torque import MEMORY, OSCILLATION_MEMORY, TORQUE_SHOWN, oscillation, torque_deviation
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian, state_equations
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.scales import LARGEST_REFERENCE
 from drillrig_env.stability import basin_depth, critical_slope, critical_speed, fold_speed
 
 _MEAN_TIME = 10.0  # s, of the torque's mean
 _FOLLOW = 0.15  # of the torque's oscillation: over about one cycle, so that noise is not taken for shaking
-_FILTER = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of the mean square twist rate; about one stick-slip period
+_TWIST_RATE_TIME = 2.5  # s, of the mean square twist rate; about one stick-slip period
 
 
-class JumpEase(Baseline):
+class JumpEase(CountedLaw):
     """Jump and ease, told the friction: past the fold, wait until calm, down to max(omega*, omega_c + margin).
 
     Oscillation is measured as the running root mean square of the twist rate x_3 - x_5 (bit less top
@@ -52,14 +51,15 @@ class JumpEase(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         margin: float = 0.1,
         beyond: float = 0.1,
         shaking: float = 0.1,
         calm: float = 0.05,
         of_basin: float = 0.06,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         self.margin = margin
         self.beyond = beyond
         self.shaking = shaking
@@ -71,30 +71,30 @@ class JumpEase(Baseline):
     ) -> FloatArray:
         """The law for the friction that it is told."""
         friction = Friction(**privileged)
-        return self._follow(seen, friction, np.asarray(fold_speed(self.rig, friction)), memory)
+        return self._follow(seen, friction, np.asarray(fold_speed(self.plant, friction)), memory)
 
     def _follow(
         self, seen: Mapping[str, FloatArray], friction: Friction, fold: FloatArray, memory: FloatArray
     ) -> FloatArray:
         """Up past the fold while shaking, level until calm, then down at the safe rate to the floor."""
         reference = seen["speed_reference"]
-        floor = np.maximum(seen["speed_target"], critical_speed(self.rig, friction) + self.margin)
+        floor = np.maximum(seen["speed_target"], critical_speed(self.plant, friction) + self.margin)
         past_fold = np.fmin((1.0 + self.beyond) * np.nan_to_num(fold), LARGEST_REFERENCE)
-        memory[:, 0] += _FILTER * (self._twist_rate(seen, memory[:, 2:]) ** 2 - memory[:, 0])
+        memory[:, 0] += self.followed(_TWIST_RATE_TIME) * (self._twist_rate(seen, memory[:, 2:]) ** 2 - memory[:, 0])
         oscillation = np.sqrt(memory[:, 0]) / np.maximum(reference, 0.1)
         easing = np.where(memory[:, 1] > 0, oscillation < self.shaking, oscillation < self.calm)
         memory[:, 1] = easing
-        rate = self.of_basin * basin_depth(self.rig, friction, floor) / swing_of_a_ramp(self.rig)
-        lowered = reference - np.where(easing, np.minimum(rate, self.slew_limit) * CONTROL_PERIOD, 0.0)
+        rate = self.of_basin * basin_depth(self.plant, friction, floor) / swing_of_a_ramp(self.plant)
+        lowered = reference - np.where(easing, np.minimum(rate, self.plant_slew) * self.period, 0.0)
         return np.maximum(floor, np.where(oscillation > self.shaking, np.maximum(past_fold, reference), lowered))
 
     def _twist_rate(self, seen: Mapping[str, FloatArray], memory: FloatArray) -> FloatArray:
         """Bit less top speed, rad/s, or a number of the same mean square from the torque's oscillation."""
         if "bit_speed" in seen and "top_speed" in seen:
             return seen["bit_speed"] - seen["top_speed"]
-        deviation = torque_deviation(self.rig, seen, memory[:, :MEMORY], _MEAN_TIME)
-        z = oscillation(self.rig, deviation, memory[:, MEMORY:], _FOLLOW)
-        return np.asarray(np.abs(z) / (sqrt(2.0) * self.rig.impedance))
+        deviation = torque_deviation(self.plant, seen, memory[:, :MEMORY], _MEAN_TIME, self.period)
+        z = oscillation(self.plant, deviation, memory[:, MEMORY:], self.each_step(_FOLLOW), self.period)
+        return np.asarray(np.abs(z) / (sqrt(2.0) * self.plant.impedance))
 
 
 @lru_cache(maxsize=32)

@@ -8,12 +8,12 @@ T_r1 = N_1 r_1 [mu_k + (mu_s - mu_k) exp(-v_b omega)] (4-7). The decay v_b is se
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from baselines.jump_ease import JumpEase
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.friction import Friction
 from drillrig_env.rig import RigLike
 from drillrig_env.stability import fold_speed
@@ -53,10 +53,11 @@ class JumpEaseEstimated(JumpEase):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         spread: float = 0.1,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         self.spread = spread
 
     def desired_reference(
@@ -65,7 +66,7 @@ class JumpEaseEstimated(JumpEase):
         """The law of JumpEase: past the highest fold that the estimates allow, down to the likeliest critical speed."""
         self._watch(seen, memory)
         estimates = self.estimates(memory)
-        folds = [np.nan_to_num(fold_speed(self.rig, friction)) for friction in estimates]
+        folds = [np.nan_to_num(fold_speed(self.plant, friction)) for friction in estimates]
         return self._follow(seen, estimates[0], np.max(folds, axis=0), memory[:, :2])
 
     def estimates(self, memory: FloatArray) -> list[Friction]:
@@ -80,17 +81,17 @@ class JumpEaseEstimated(JumpEase):
                 static * (1.0 - self.spread) * _MU_K / _MU_S,
             )
             kinetic = np.clip(kinetic, 0.0, static)
-            force = static / (self.rig.r_1 * _MU_S)
+            force = static / (self.plant.r_1 * _MU_S)
             ratio = np.where(static > 0, kinetic / np.maximum(static, 1e-9), _MU_K / _MU_S)
             found.append(Friction(force, np.full(len(force), _MU_S), _MU_S * ratio, np.full(len(force), v_b)))
         return found
 
     def _watch(self, seen: Mapping[str, FloatArray], memory: FloatArray) -> None:
         """Keep the largest torque while stuck, and the torque of the calmest rotation so far."""
-        rig = self.rig
+        rig = self.plant
         torque = -rig.k_1 * seen["twist_12"] - rig.d_1 * (seen["bit_speed"] - seen["collar_speed"])
         stuck = seen["bit_speed"] < STUCK_SPEED
-        winding = rig.k_1 * rig.k_2 / (rig.k_1 + rig.k_2) * seen["top_speed"] * CONTROL_PERIOD
+        winding = rig.k_1 * rig.k_2 / (rig.k_1 + rig.k_2) * seen["top_speed"] * self.period
         torque = torque + np.where(stuck, 0.5 * winding, 0.0)  # break-loose comes within the step, on average half way
         memory[:, _BREAK_LOOSE] = np.where(stuck, np.maximum(memory[:, _BREAK_LOOSE], torque), memory[:, _BREAK_LOOSE])
         unknown = memory[:, _BREAK_LOOSE] == 0.0

@@ -23,9 +23,9 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.model import STATE_NAMES, friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.rig import Rig
+from drillrig_env.scales import CONTROL_PERIOD
 
 LEVEL, FLUCTUATION, MEAN_TORQUE, SIZE = 7, 8, 9, 10
 """Places in z of T_0, T_w and T_m, and the length of z."""
@@ -38,12 +38,13 @@ MEASURED = (*STATE_NAMES, "voltage", "string_torque")
 class LinearRig:
     """z(k+1) = transition z(k) + input r(k), with r = omega_ref - omega* held over the step.
 
-    `slope` is s in N m s/rad, `forgotten` the time in s within which T_w is forgotten.
+    `slope` is s in N m s/rad, `forgotten` the time in s within which T_w is forgotten, `period` that of a step in s.
     """
 
     rig: Rig
     slope: float
     forgotten: float
+    period: float = CONTROL_PERIOD
     transition: FloatArray = field(init=False)  # (SIZE, SIZE)
     input: FloatArray = field(init=False)  # (SIZE,)
 
@@ -52,9 +53,9 @@ class LinearRig:
         rates[:7, :7] = jacobian(self.rig, -self.slope)
         rates[:7, LEVEL] = rates[:7, FLUCTUATION] = friction_input(self.rig)
         rates[FLUCTUATION, FLUCTUATION] = -1.0 / self.forgotten
-        rates[MEAN_TORQUE, :7] = torque_into_string(self.rig, np.eye(7)) / CONTROL_PERIOD
+        rates[MEAN_TORQUE, :7] = torque_into_string(self.rig, np.eye(7)) / self.period
         rates[:7, SIZE] = -jacobian(self.rig) @ self.per_speed
-        sampled = expm(rates * CONTROL_PERIOD)
+        sampled = expm(rates * self.period)
         transition = sampled[:SIZE, :SIZE].copy()
         transition[:, MEAN_TORQUE] = 0.0  # each step's mean begins anew
         object.__setattr__(self, "transition", transition)
@@ -102,8 +103,8 @@ class LinearRig:
         `fluctuation` that of T_w, both in N m. Torques are taken to change when a step begins.
         """
         jumps = np.zeros(SIZE)
-        jumps[LEVEL] = level * sqrt(CONTROL_PERIOD)
-        jumps[FLUCTUATION] = fluctuation * sqrt(1.0 - exp(-2.0 * CONTROL_PERIOD / self.forgotten))
+        jumps[LEVEL] = level * sqrt(self.period)
+        jumps[FLUCTUATION] = fluctuation * sqrt(1.0 - exp(-2.0 * self.period / self.forgotten))
         spread = self.transition * jumps
         rows = np.stack([self.measurement(channel)[0] for channel in channels])
         seen = np.diag(np.square(noise))

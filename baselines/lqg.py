@@ -7,22 +7,20 @@ from stick-slip, where the slew limit saturates and the friction is anything but
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import exp
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.baseline import Baseline
+from baselines.counted import CountedLaw
 from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of
 from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
-from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import Friction
-from drillrig_env.model import frictionless_state
+from drillrig_env.model import STATE_NAMES, frictionless_state
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import RigLike
+from drillrig_env.scales import LARGEST_REFERENCE
 
 _SLOPES = np.geomspace(0.002, 0.25, 32)
 """Friction slopes s that gains are designed for, N m s/rad: up to 20 times what the bare drive can bear."""
@@ -30,7 +28,7 @@ _SLOPES = np.geomspace(0.002, 0.25, 32)
 _STEP, _OFFSET, _SHAKING, _PAST = SIZE, SIZE + 1, SIZE + 2, SIZE + 3
 """Columns of memory after the estimate: steps done, set point less target, mean square twist rate, past references."""
 
-_TWIST_RATE = 1.0 - exp(-CONTROL_PERIOD / 2.5)  # of that mean; about one stick-slip period
+_TWIST_RATE_TIME = 2.5  # s, of that mean; about one stick-slip period
 _LEAST_NOISE = 0.01  # of an exact channel, as a share of its scale
 _FIRST_SPREAD = (0.3, 0.8, 3.0, 3.0, 0.5, 0.3, 0.1)  # of the states at first, for all that is known
 _FIRST_LEVEL, _FIRST_LEVEL_SPREAD = 0.3, 0.5  # of the friction torque, N m
@@ -38,7 +36,7 @@ _HIGHEST_SET_POINT = LARGEST_REFERENCE - 2.0  # rad/s; room for the feedback
 _WAIT = 3.0  # s, before the first verdict on shaking
 
 
-class LQG(Baseline):
+class LQG(CountedLaw):
     """Kalman filter and LQ feedback about a set point that is raised while the rig shakes; told nothing.
 
     The design model (`baselines.linear_rig`) is the sampled linear rig with the friction torque as a level that
@@ -76,7 +74,7 @@ class LQG(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         twisting: float | None = None,
         effort: float | None = None,
         share: float | None = None,
@@ -87,8 +85,9 @@ class LQG(Baseline):
         forgotten: float = 6.0,
         rise: float = 2.0,
         delay: int | None = None,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         gains = self._given_or_tuned(
             twisting=twisting,
             effort=effort,
@@ -103,10 +102,12 @@ class LQG(Baseline):
         if not 0 <= self.delay <= LONGEST_DELAY:
             raise refuse("LQG", "delay", self.delay, "control steps", f"0 to {LONGEST_DELAY}")
         self.measured = tuple(name for name in MEASURED if name in self.sensors.names)
-        models = [LinearRig(self.rig, slope, forgotten) for slope in _SLOPES]
+        models = [LinearRig(self.plant, slope, forgotten, self.period) for slope in _SLOPES]
         channels = {channel.name: channel for channel in self.sensors.channels}
         shown = [channels[name] for name in self.measured]
-        noise = np.array([max(channel.noise, _LEAST_NOISE * channel.scale) for channel in shown])
+        noise = np.array(
+            [max(channel.noise, _LEAST_NOISE * channel.scale) / self.unit(channel.name) for channel in shown]
+        )
         self._design(models, noise, gains)
 
     def _design(self, models: list[LinearRig], noise: FloatArray, gains: Mapping[str, float]) -> None:
@@ -145,14 +146,16 @@ class LQG(Baseline):
         They are those of the last measurement, which is as old as the sensors' delay; `speed_target` in rad/s.
         """
         memory = state[0]
-        set_point = np.asarray(speed_target) + memory[:, _OFFSET]
-        return frictionless_state(self.rig, set_point) + memory[:, :7], memory[:, LEVEL]
+        set_point = np.asarray(speed_target) / self.unit("speed_target") + memory[:, _OFFSET]
+        units = np.array([self.unit(name) for name in STATE_NAMES])
+        states = frictionless_state(self.plant, set_point) + memory[:, :7]
+        return states * units, memory[:, LEVEL] * self.unit("string_torque")
 
     def _scheduled(self, level: FloatArray, speed: FloatArray) -> np.ndarray:
         """Which of _SLOPES is nearest to `share` times that of the chapter's law with the torque `level` at `speed`."""
         one_newton = Friction(1.0)
-        force = np.maximum(level, 0.0) / np.asarray(one_newton.torque(self.rig, speed))
-        slope = -self.share * force * np.asarray(one_newton.slope(self.rig, speed))
+        force = np.maximum(level, 0.0) / np.asarray(one_newton.torque(self.plant, speed))
+        slope = -self.share * force * np.asarray(one_newton.slope(self.plant, speed))
         ratio = np.log(_SLOPES[1] / _SLOPES[0])
         nearest = np.rint(np.log(np.maximum(slope, _SLOPES[0]) / _SLOPES[0]) / ratio)
         return np.asarray(np.minimum(nearest, len(_SLOPES) - 1).astype(int))
@@ -193,11 +196,11 @@ class LQG(Baseline):
     ) -> FloatArray:
         """Up while shaking, otherwise down to the target; returns the move (rad/s) and puts the memory about it."""
         shaking = np.sqrt(memory[:, _SHAKING]) / set_point
-        memory[:, _SHAKING] += _TWIST_RATE * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, _SHAKING])
+        memory[:, _SHAKING] += self.followed(_TWIST_RATE_TIME) * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, _SHAKING])
         rate = np.where(shaking > self.shaking, self.rise, -self.ease)
         room = np.maximum(_HIGHEST_SET_POINT - set_point, 0.0)
-        move = np.clip(rate * CONTROL_PERIOD, -memory[:, _OFFSET], room)
-        move[memory[:, _STEP] * CONTROL_PERIOD < _WAIT] = 0.0
+        move = np.clip(rate * self.period, -memory[:, _OFFSET], room)
+        move[memory[:, _STEP] * self.period < _WAIT] = 0.0
         memory[:, _OFFSET] += move
         memory[:, :7] -= self.model.per_speed * move[:, None]
         memory[:, LEVEL] -= _SLOPES[gains] * move

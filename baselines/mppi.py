@@ -11,17 +11,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.baseline import Baseline
+from baselines.counted import CountedLaw
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE, SLEW_LIMIT
-from drillrig_env.env.scenario import LARGEST_REFERENCE
+from drillrig_env.env.kernel import EPISODE
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import RigLike
+from drillrig_env.scales import LARGEST_REFERENCE
 
 KNOTS = 16
 """Knots of a plan; the set-point moves from one to the next in even steps of the feedback."""
@@ -32,7 +32,6 @@ INTERVAL = 2
 HORIZON = (KNOTS - 1) * INTERVAL
 """Control steps of a rollout."""
 
-_TIMES = np.arange(KNOTS) * INTERVAL * CONTROL_PERIOD  # of the knots, s
 _LOWEST = -1.5  # of a plan: a fifth of the target
 _FLOOR = 0.1  # a bit slower than this share of the target costs no more
 _NOISES = 32  # sets of perturbations, taken in turn
@@ -42,7 +41,7 @@ _JUMPS = (4.0, 6.0, 8.0, LARGEST_REFERENCE)  # rad/s
 _JUMP_SHAPES = ((1.0, 3.0), (1.0, 6.0), (3.0, 3.0), (3.0, 6.0))  # s of dwelling above, s of coming down
 
 
-class MPPI(Baseline):
+class MPPI(CountedLaw):
     """Plans of the set-point of a stabilising feedback, by rollouts in the batch core; told the friction.
 
     Law: omega_ref follows an LQ feedback about steady rotation at a set-point
@@ -87,15 +86,16 @@ class MPPI(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         samples: int = 32,
         temperature: float = 0.05,
         spread: tuple[float, ...] = (0.1, 0.3, 0.8),
         effort: float = 30.0,
         seed: int = 0,
         threads: int | None = None,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         if samples < 0:
             raise refuse("MPPI", "samples", samples, "", ">= 0")
         for name, value in (("temperature", temperature), ("effort", effort)):
@@ -103,7 +103,7 @@ class MPPI(Baseline):
                 raise refuse("MPPI", name, value, "", "> 0")
         self.temperature = temperature
         self.threads = threads
-        self.feedback = SetPointFeedback(self.rig, effort)
+        self.feedback = SetPointFeedback(self.plant, effort, self.period)
         self._noises = _coloured(np.random.default_rng(seed), samples, spread)
         self._core: EpisodeBatch | None = None
         self._delay = np.zeros(1, dtype=int)
@@ -151,11 +151,11 @@ class MPPI(Baseline):
         references = np.column_stack([rigs["speed_reference"], past])  # the column k is that of k steps ago
         for ago in range(int(late.max()), 0, -1):
             some = np.flatnonzero(late >= ago)
-            core = EpisodeBatch(len(some), rig=self.rig, slew_limit=self.slew_limit, threads=self.threads)
+            core = self._batch(len(some), int(late.max()))
             core.episodes[:] = rigs[some]
             core.episodes["speed_reference"] = references[some, ago]
             change = references[some, ago - 1] - references[some, ago]
-            core.step((change / (self.slew_limit * CONTROL_PERIOD)).astype(np.float32)[:, None])
+            core.step((change / (self.plant_slew * self.period)).astype(np.float32)[:, None])
             core.episodes["step"] = 0
             rigs[some] = core.episodes
         rigs["speed_reference"] = references[:, 0]
@@ -167,7 +167,7 @@ class MPPI(Baseline):
         base = shifted[:, None]
         highest = np.log(LARGEST_REFERENCE / rigs["speed_target"])[:, None, None]
         plans = np.concatenate(
-            [base, _named(base[:, :, :1], rigs["speed_target"]), base + self._noises[turn % _NOISES]], 1
+            [base, _named(base[:, :, :1], rigs["speed_target"], self.period), base + self._noises[turn % _NOISES]], 1
         )
         plans = np.clip(plans, _LOWEST, highest)
         cost = self._cost(rigs, plans)
@@ -181,13 +181,9 @@ class MPPI(Baseline):
         count = plans.shape[1]
         core = self._core
         if core is None or len(core) != plans[..., 0].size:
-            duration = HORIZON * CONTROL_PERIOD
-            core = EpisodeBatch(
-                plans[..., 0].size, rig=self.rig, slew_limit=self.slew_limit, duration=duration, threads=self.threads
-            )
-            self._core = core
+            core = self._core = self._batch(plans[..., 0].size, HORIZON)
         core.episodes[:] = np.repeat(rigs, count)
-        target, slew = core.episodes["speed_target"].copy(), self.slew_limit * CONTROL_PERIOD
+        target, slew = core.episodes["speed_target"].copy(), self.plant_slew * self.period
         cost = np.zeros(len(core))
         following = self._feedback(rigs, plans[:, :, :1]).reshape(-1, SIZE + 1)
         for knot in range(1, KNOTS):
@@ -200,6 +196,18 @@ class MPPI(Baseline):
                 row = row + step
         return cost.reshape(-1, count)
 
+    def _batch(self, rigs: int, steps: int) -> EpisodeBatch:
+        """A batch core of the rig as it is counted here, whose episodes have so many control steps."""
+        return EpisodeBatch(
+            rigs,
+            rig=self.plant,
+            slew_limit=self.plant_slew,
+            control_period=self.period,
+            largest_reference=LARGEST_REFERENCE,
+            duration=steps * self.period,
+            threads=self.threads,
+        )
+
     def _feedback(self, rigs: np.ndarray, plans: FloatArray) -> FloatArray:
         """The feedback at the knots of plans of shape (n, ...); shape (n, ..., SIZE + 1)."""
         each = (slice(None), *(None for _ in plans.shape[1:]))
@@ -207,11 +215,12 @@ class MPPI(Baseline):
         return self.feedback.at(friction, rigs["speed_target"][each] * np.exp(plans))
 
 
-def _named(start: FloatArray, target: FloatArray) -> FloatArray:
+def _named(start: FloatArray, target: FloatArray, period: float) -> FloatArray:
     """Plans with a name: target, below it, hold, ease down, jump; `start` (n, 1, 1); shape (n, plans, KNOTS)."""
-    ease = np.clip(1.0 - _TIMES / np.array(_EASING)[:, None], 0.0, 1.0)
-    dwell, down = (np.array(times)[:, None] for times in zip(*_JUMP_SHAPES, strict=True))
-    jump = np.clip((dwell + down - _TIMES) / down, 0.0, 1.0)
+    times = np.arange(KNOTS) * INTERVAL * period
+    ease = np.clip(1.0 - times / np.array(_EASING)[:, None], 0.0, 1.0)
+    dwell, down = (np.array(each)[:, None] for each in zip(*_JUMP_SHAPES, strict=True))
+    jump = np.clip((dwell + down - times) / down, 0.0, 1.0)
     heights = np.log(np.maximum(np.array(_JUMPS) / target[:, None], 1.0))
     jumps = (heights[:, :, None, None] * jump).reshape(len(target), -1, KNOTS)
     ones = np.ones((1, KNOTS))

@@ -17,10 +17,10 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian, state_equations, steady_state
 from drillrig_env.rig import Rig
+from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stability import critical_slope
 
 SIZE = 8
@@ -32,11 +32,14 @@ _REGULAR = 1e-6  # weight of all of z beside the bit speed, so that the Riccati 
 
 
 class SetPointFeedback:
-    """Gains and levels of the feedback at any set-point; `effort` weighs the squared change of omega_ref."""
+    """Gains and levels of the feedback at any set-point, each `period` (s).
 
-    def __init__(self, rig: Rig, effort: float) -> None:
+    `effort` weighs the squared change of omega_ref.
+    """
+
+    def __init__(self, rig: Rig, effort: float, period: float = CONTROL_PERIOD) -> None:
         self.rig = rig
-        self.table = _gains(rig, effort)
+        self.table = _gains(rig, effort, period)
         self._steepest = _STEEPEST * abs(critical_slope(rig))
 
     def at(self, friction: Friction, set_point: FloatArray) -> FloatArray:
@@ -69,25 +72,25 @@ def wanted_change(feedback: FloatArray, states: FloatArray, reference: FloatArra
 
 
 @lru_cache(maxsize=8)
-def _gains(rig: Rig, effort: float) -> FloatArray:
+def _gains(rig: Rig, effort: float, period: float) -> FloatArray:
     """Gains for friction slopes from 0 down to the steepest, at even steps of the slope's root; (_ENTRIES, SIZE)."""
     slopes = -_STEEPEST * abs(critical_slope(rig)) * np.linspace(0.0, 1.0, _ENTRIES) ** 2
     cost = _REGULAR * np.eye(SIZE)
     cost[2, 2] = 1.0
     table = np.empty((_ENTRIES, SIZE))
     for i, slope in enumerate(slopes):
-        transition, by_change = _sampled(rig, float(slope))
+        transition, by_change = _sampled(rig, float(slope), period)
         price = solve_discrete_are(transition, by_change, cost, np.array([[effort]]))
         table[i] = (by_change.T @ price @ transition / (effort + by_change.T @ price @ by_change))[0]
     table.flags.writeable = False
     return table
 
 
-def _sampled(rig: Rig, slope: float) -> tuple[FloatArray, FloatArray]:
+def _sampled(rig: Rig, slope: float, period: float) -> tuple[FloatArray, FloatArray]:
     """One control step of z about steady rotation: z(k+1) = A z(k) + B change; shapes (SIZE, SIZE), (SIZE, 1)."""
     zero = [0.0] * 7
     rates = np.zeros((SIZE, SIZE))
     rates[:7, :7] = jacobian(rig, slope)
     rates[:7, 7] = np.subtract(state_equations(zero, 1.0, 0.0, rig), state_equations(zero, 0.0, 0.0, rig))
-    transition = expm(rates * CONTROL_PERIOD)
+    transition = expm(rates * period)
     return transition, transition[:, 7:].copy()

@@ -7,27 +7,26 @@ their energy out. Soft torque does it with the gains of the speed loop, without 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.baseline import Baseline
+from baselines.counted import CountedLaw
 from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.drive import Drive
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import RigLike
 
 
-class SoftTorque(Baseline):
+class SoftTorque(CountedLaw):
     """omega_ref = omega*, and a drive whose gains make it a damper of the string's impedance; told nothing.
 
     Slower than the armature, the drive puts the torque K_p (omega_ref - x_5) + K_i x_7 into the shaft, with
     K_p = eta K_T k_p / R + eta^2 C_m (N m s/rad) and K_i = eta K_T k_i / R (N m/rad), once it makes up for
     the back-EMF, which alone would be 1.66 N m s/rad. `proportional` and `integral` are these two. Matching
     says K_p of the order of the string's impedance Z and K_i = (2 pi f)^2 J_3 with f the string's lowest
-    mode (Jansen and van den Steen, J. Sound Vib. 179 (1995) 647): 0.126 and 0.173 here.
+    mode (Jansen and van den Steen, J. Sound Vib. 179 (1995) 647): 0.126 and 0.173 on the chapter's rig.
 
     Needs a drive whose gains can be set. Tuned by `python -m baselines.tune soft_torque` on training seeds.
     """
@@ -39,15 +38,16 @@ class SoftTorque(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         proportional: float | None = None,
         integral: float | None = None,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         values = self._given_or_tuned(proportional=proportional, integral=integral)
         self.proportional = values["proportional"]
         self.integral = values["integral"]
-        least = self.rig.eta**2 * self.rig.C_m
+        least = self.plant.eta**2 * self.plant.C_m
         if not (np.isfinite(self.proportional) and self.proportional >= least):
             raise refuse(
                 "SoftTorque", "proportional", self.proportional, "N m s/rad", f">= {least:.3g}, the motor's own"
@@ -58,11 +58,11 @@ class SoftTorque(Baseline):
     @property
     def drive(self) -> Drive:
         """The drive that has these two, and makes up for all of the back-EMF."""
-        rig = self.rig
+        rig, volt = self.plant, self.unit("voltage")
         volts_per_torque = rig.R / (rig.eta * rig.K_T)
         return Drive(
-            k_p=(self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque,
-            k_i=self.integral * volts_per_torque,
+            k_p=(self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque * (volt / self.unit("bit_speed")),
+            k_i=self.integral * volts_per_torque * (volt / self.unit("twist_23")),
             back_emf_share=1.0,
         )
 

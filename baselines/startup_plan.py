@@ -23,12 +23,11 @@ import numpy as np
 from scipy.signal import lfilter
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
+from drillrig_env.scales import CONTROL_PERIOD
 
 _SUBSTEPS = 50
-_STEP = CONTROL_PERIOD / _SUBSTEPS
 _LEAST_STATIC = 1e-6  # N m; without a load there is nothing to wind up
 _AFTERWARDS = 3.0
 """How long the plan goes on at its final speed, s: until the speed loop has nearly settled."""
@@ -56,39 +55,45 @@ class Plan:
 
 @lru_cache(maxsize=4096)
 def startup_plan(
-    rig: Rig, contact: tuple[float, float, float, float], torque: float, winding: float, speed: float, haste: Haste
+    rig: Rig,
+    contact: tuple[float, float, float, float],
+    torque: float,
+    winding: float,
+    speed: float,
+    haste: Haste,
+    period: float = CONTROL_PERIOD,
 ) -> Plan:
     """Plan a start of a stuck bit, with omega_ref = 0 so far, to `speed` (rad/s).
 
     The lower shaft is wound up to `torque` (N m), and the drive goes on winding it at `winding` (rad/s) while its
-    integrator unloads. `contact` is N_1 (N), mu_s, mu_k and v_b (s/rad).
+    integrator unloads. `contact` is N_1 (N), mu_s, mu_k and v_b (s/rad); `period` is that of a control step (s).
     """
-    friction = Friction(*contact)
+    friction, step = Friction(*contact), period / _SUBSTEPS
     static = max(contact[0] * rig.r_1 * contact[1], _LEAST_STATIC)
     rate = rig.J_1 * haste.acceleration * np.pi / (2.0 * haste.build_up)
     stiffness = rig.k_1 * rig.k_2 / (rig.k_1 + rig.k_2)
     torque = min(torque, static)
-    wind_up = _wind_up(torque, static, stiffness * (winding - rig.omega_s * torque / static), rate)
-    acceleration = _acceleration(speed, haste)
+    wind_up = _wind_up(torque, static, stiffness * (winding - rig.omega_s * torque / static), rate, step)
+    acceleration = _acceleration(speed, haste, step)
     creep = rig.omega_s * wind_up / static  # the stuck bit of the adopted law (4-9)
-    x_3 = np.concatenate([creep, rig.omega_s + np.cumsum(acceleration) * _STEP])
+    x_3 = np.concatenate([creep, rig.omega_s + np.cumsum(acceleration) * step])
     T_r1 = np.asarray(friction.torque(rig, x_3[len(wind_up) :]))
     T_12 = np.concatenate([wind_up, rig.J_1 * acceleration + T_r1])
     missing = -len(x_3) % _SUBSTEPS
     x_3, T_12 = np.pad(x_3, (0, missing), mode="edge"), np.pad(T_12, (0, missing), mode="edge")
-    references = _speed_reference(rig, x_3, T_12).reshape(-1, _SUBSTEPS).mean(axis=1)
-    return Plan(_STEP * np.arange(len(x_3), dtype=float), x_3, references)
+    references = _speed_reference(rig, x_3, T_12, step).reshape(-1, _SUBSTEPS).mean(axis=1)
+    return Plan(step * np.arange(len(x_3), dtype=float), x_3, references)
 
 
-def _wind_up(begin: float, end: float, first_rate: float, last_rate: float) -> FloatArray:
+def _wind_up(begin: float, end: float, first_rate: float, last_rate: float, step: float) -> FloatArray:
     """A cubic from torque `begin` to `end` (N m), with given rates (N m/s) at both."""
     duration = max(2.0 * (end - begin) / (first_rate + last_rate), 0.5)
-    u = np.arange(0.0, 1.0, _STEP / duration)
+    u = np.arange(0.0, 1.0, step / duration)
     by_rates = duration * u * (1.0 - u) * (first_rate * (1.0 - u) - last_rate * u)
     return np.asarray(begin + (end - begin) * u**2 * (3.0 - 2.0 * u) + by_rates)
 
 
-def _acceleration(speed: float, haste: Haste) -> FloatArray:
+def _acceleration(speed: float, haste: Haste, step: float) -> FloatArray:
     """Acceleration of the bit (rad/s^2) from break-loose to `speed`, then nothing for a while.
 
     It builds up as a quarter of a sine, stays level and dies away as half a cosine.
@@ -96,31 +101,31 @@ def _acceleration(speed: float, haste: Haste) -> FloatArray:
     build_up = haste.build_up
     peak = min(haste.acceleration, speed / (build_up * (2.0 / np.pi + 0.5)))
     level = speed / peak - build_up * (2.0 / np.pi + 0.5)
-    t = np.arange(0.0, 2.0 * build_up + level + _AFTERWARDS, _STEP) + 0.5 * _STEP
+    t = np.arange(0.0, 2.0 * build_up + level + _AFTERWARDS, step) + 0.5 * step
     up = np.sin(0.5 * np.pi * np.minimum(t / build_up, 1.0))
     down = np.clip((t - build_up - level) / build_up, 0.0, 1.0)
     return np.asarray(peak * up * 0.5 * (1.0 + np.cos(np.pi * down)))
 
 
-def _speed_reference(rig: Rig, x_3: FloatArray, T_12: FloatArray) -> FloatArray:
+def _speed_reference(rig: Rig, x_3: FloatArray, T_12: FloatArray, step: float) -> FloatArray:
     """The chain inverted, from bit speed and torque of the lower shaft to omega_ref, which is 0 at first."""
-    rise = (T_12[1] - T_12[0]) / _STEP
-    x_4 = x_3 - _rate_of_lag(-T_12 / rig.k_1, rig.d_1 / rig.k_1, -rise / rig.k_1)
-    T_23 = rig.J_2 * np.gradient(x_4, _STEP) + T_12 + rig.T_r2
-    x_5 = x_4 - _rate_of_lag(-T_23 / rig.k_2, rig.d_2 / rig.k_2, -rise / rig.k_2)
-    inertia = rig.J_3 * np.gradient(x_5, _STEP)
+    rise = (T_12[1] - T_12[0]) / step
+    x_4 = x_3 - _rate_of_lag(-T_12 / rig.k_1, rig.d_1 / rig.k_1, -rise / rig.k_1, step)
+    T_23 = rig.J_2 * np.gradient(x_4, step) + T_12 + rig.T_r2
+    x_5 = x_4 - _rate_of_lag(-T_23 / rig.k_2, rig.d_2 / rig.k_2, -rise / rig.k_2, step)
+    inertia = rig.J_3 * np.gradient(x_5, step)
     bearing = rig.eta**2 * rig.C_m * x_5 + rig.eta * rig.T_f + T_23
     volts = rig.R / (rig.eta * rig.K_T)
     voltage = volts * (inertia + bearing) + rig.eta * rig.K_E * x_5
     lag = rig.k_p / rig.k_i
     x_7 = (voltage[0] - volts * inertia[0]) / rig.k_i + lag * x_5[0]  # what omega_ref = 0 has left
-    return np.asarray(x_5 + _rate_of_lag(voltage / rig.k_i, lag, (voltage[0] / rig.k_i - x_7) / lag))
+    return np.asarray(x_5 + _rate_of_lag(voltage / rig.k_i, lag, (voltage[0] / rig.k_i - x_7) / lag, step))
 
 
-def _rate_of_lag(aim: FloatArray, time_constant: float, first: float) -> FloatArray:
+def _rate_of_lag(aim: FloatArray, time_constant: float, first: float, step: float) -> FloatArray:
     """Rate x' of the lag `time_constant` x' + x = aim, which is `first` at first."""
-    if time_constant < _STEP:
-        return np.asarray(np.gradient(aim, _STEP))
-    half = 0.5 * _STEP  # Tustin's rule, exact on a ramp
+    if time_constant < step:
+        return np.asarray(np.gradient(aim, step))
+    half = 0.5 * step  # Tustin's rule, exact on a ramp
     forced = lfilter([1.0, -1.0], [time_constant + half, half - time_constant], aim - aim[0])
-    return np.asarray(forced + first * np.exp(-_STEP * np.arange(len(aim)) / time_constant))
+    return np.asarray(forced + first * np.exp(-step * np.arange(len(aim)) / time_constant))

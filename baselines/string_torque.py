@@ -19,9 +19,9 @@ from math import cos, pi, sin
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.parameters import POSITIVE, Allowed, refuse
 from drillrig_env.rig import Rig
+from drillrig_env.scales import CONTROL_PERIOD
 
 TORQUE_SHOWN: tuple[tuple[str, ...], ...] = (
     ("twist_23", "collar_speed", "top_speed"),
@@ -39,13 +39,19 @@ def torque_from_twist(rig: Rig, seen: Mapping[str, FloatArray]) -> FloatArray:
     return -(rig.k_2 * seen["twist_23"] + rig.d_2 * (seen["collar_speed"] - seen["top_speed"]))
 
 
-def torque_deviation(rig: Rig, seen: Mapping[str, FloatArray], memory: FloatArray, time_constant: float) -> FloatArray:
+def torque_deviation(
+    rig: Rig,
+    seen: Mapping[str, FloatArray],
+    memory: FloatArray,
+    time_constant: float,
+    period: float = CONTROL_PERIOD,
+) -> FloatArray:
     """Deviation of the torque into the string from its slow mean, N m, shape (n,).
 
     `seen` holds physical values by name and shows one of TORQUE_SHOWN; `memory` of shape (n, MEMORY),
     zero when an episode begins, is changed in place. The mean is that of all samples while fewer than
-    `time_constant` (s) is past, and a first-order low-pass from then on. From speeds alone the change
-    of the twist is a trapezoid over the step, 2 % small for the string's lower mode and 11 % for its upper.
+    `time_constant` (s) is past, and a first-order low-pass from then on, each `period` (s). From speeds alone the
+    change of the twist is a trapezoid over the step, 2 % small for the string's lower mode and 11 % for its upper.
     """
     samples, last = memory[:, 0], memory[:, 2].copy()
     damping: FloatArray | float = 0.0
@@ -58,10 +64,10 @@ def torque_deviation(rig: Rig, seen: Mapping[str, FloatArray], memory: FloatArra
         memory[:, 2] = seen["string_torque"]
     else:
         twist_rate = seen["collar_speed"] - seen["top_speed"]
-        change = -rig.k_2 * 0.5 * (twist_rate + last) * CONTROL_PERIOD
+        change = -rig.k_2 * 0.5 * (twist_rate + last) * period
         damping = -rig.d_2 * twist_rate  # its mean is zero: no filter
         memory[:, 2] = twist_rate
-    gain = np.maximum(1.0 / (samples + 1.0), CONTROL_PERIOD / time_constant)
+    gain = np.maximum(1.0 / (samples + 1.0), period / time_constant)
     memory[:, 1] = (1.0 - gain) * (memory[:, 1] + change)
     memory[:, 0] = samples + 1.0
     return np.asarray(memory[:, 1] + damping)
@@ -71,14 +77,16 @@ OSCILLATION_MEMORY = 2
 """Columns of memory that `oscillation` keeps: its real and its imaginary part."""
 
 
-def oscillation(rig: Rig, deviation: FloatArray, memory: FloatArray, follow: float) -> FloatArray:
+def oscillation(
+    rig: Rig, deviation: FloatArray, memory: FloatArray, follow: float, period: float = CONTROL_PERIOD
+) -> FloatArray:
     """The deviation (N m) as a complex oscillation z at the string's lowest mode of w rad/s, shape (n,).
 
     z <- u + `follow` (deviation - Re u) with u = e^(i w dt) z: the modulus is the amplitude, the angle the
     phase. `follow` 1 takes the deviation as it is; less takes out noise and what is far from the mode.
     `memory` of shape (n, OSCILLATION_MEMORY), zero when an episode begins, is changed in place.
     """
-    step = 2.0 * pi * rig.string_frequencies[0] * CONTROL_PERIOD
+    step = 2.0 * pi * rig.string_frequencies[0] * period
     real, imaginary = memory[:, 0].copy(), memory[:, 1].copy()
     expected = cos(step) * real - sin(step) * imaginary
     memory[:, 0] = expected + follow * (deviation - expected)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from baselines.baseline import Baseline
+from baselines.counted import CountedLaw
 from baselines.string_torque import (
     MEMORY,
     OSCILLATION_MEMORY,
@@ -19,14 +19,13 @@ from baselines.string_torque import (
 )
 from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.rig import RigLike
 
 _SQUARE = MEMORY + OSCILLATION_MEMORY  # column of memory: mean square amplitude of the torque's oscillation
 _LIFT_TIME = 5.0  # s, of that mean; about two cycles
 
 
-class ZTorque(Baseline):
+class ZTorque(CountedLaw):
     """omega_ref = omega* - T / Z + a lift while it shakes, with T = T_s - LP(T_s); told nothing.
 
     Impedance matching at the top (Dwars, SPE/IADC-173037, 2015): a torsional wave that comes up finds the
@@ -61,15 +60,16 @@ class ZTorque(Baseline):
         self,
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
-        slew_limit: float = SLEW_LIMIT,
+        slew_limit: float | None = None,
         gain: float | None = None,
         time_constant: float | None = None,
         lead: float | None = None,
         follow: float | None = None,
         lift: float | None = None,
         calm: float = 0.1,
+        **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit)
+        super().__init__(sensors, rig, slew_limit, **others)
         values = self._given_or_tuned(gain=gain, time_constant=time_constant, lead=lead, follow=follow, lift=lift)
         self.gain = values["gain"]
         self.time_constant = values["time_constant"]
@@ -83,10 +83,10 @@ class ZTorque(Baseline):
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The target, less what the torque asks the top to give way, plus the lift."""
-        deviation = torque_deviation(self.rig, seen, memory[:, :MEMORY], self.time_constant)
-        z = oscillation(self.rig, deviation, memory[:, MEMORY:_SQUARE], self.follow)
-        ahead = z * np.exp(2j * pi * self.rig.string_frequencies[0] * self.lead)
-        memory[:, _SQUARE] += CONTROL_PERIOD / _LIFT_TIME * (np.abs(z) ** 2 - memory[:, _SQUARE])
-        calm = self.calm * self.rig.impedance * seen["speed_target"]
+        deviation = torque_deviation(self.plant, seen, memory[:, :MEMORY], self.time_constant, self.period)
+        z = oscillation(self.plant, deviation, memory[:, MEMORY:_SQUARE], self.each_step(self.follow), self.period)
+        ahead = z * np.exp(2j * pi * self.plant.string_frequencies[0] * self.lead)
+        memory[:, _SQUARE] += self.period / _LIFT_TIME * (np.abs(z) ** 2 - memory[:, _SQUARE])
+        calm = self.calm * self.plant.impedance * seen["speed_target"]
         excess = np.maximum(np.sqrt(memory[:, _SQUARE]) - calm, 0.0)
         return np.asarray(seen["speed_target"] - self.gain * ahead.real + self.lift * excess)

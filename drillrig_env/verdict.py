@@ -16,7 +16,7 @@ CALM_INDEX = 0.1
 """Calm is a stick-slip index below this..."""
 
 LEAST_MEAN = 0.05
-"""...at a mean bit speed (rad/s) above this: standing still is not calm."""
+"""...at a mean bit speed (rad/s) above this: standing still is not calm. The chapter rig's, as all here."""
 
 TRACKING_TOLERANCE = 0.05
 """Mitigated is calm, with the mean bit speed within this share of the target."""
@@ -35,11 +35,14 @@ def stick_slip_index(lowest: Quantity, highest: Quantity, mean: Quantity) -> Flo
     return np.where(np.asarray(mean) > 0.0, index, np.inf)
 
 
-def is_calm(lowest: Any, highest: Any, mean: Any) -> Any:
-    """Whether windows of bit speed are calm, SSI < CALM_INDEX; numbers or arrays."""
-    return (highest - lowest < CALM_INDEX * 2.0 * mean) & (mean > LEAST_MEAN)
+def is_calm(lowest: Any, highest: Any, mean: Any, speed_scale: float = 1.0) -> Any:
+    """Whether windows of bit speed are calm, SSI < CALM_INDEX; numbers or arrays.
+
+    `speed_scale` is the rig's scale of speeds, see `drillrig_env.scales`.
+    """
+    return (highest - lowest < CALM_INDEX * 2.0 * mean) & (mean > LEAST_MEAN * speed_scale)
 
 
-def is_mitigated(lowest: Any, highest: Any, mean: Any, target: Any) -> Any:
+def is_mitigated(lowest: Any, highest: Any, mean: Any, target: Any, speed_scale: float = 1.0) -> Any:
     """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays."""
-    return is_calm(lowest, highest, mean) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)
+    return is_calm(lowest, highest, mean, speed_scale) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)

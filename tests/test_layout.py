@@ -25,7 +25,7 @@ FLOORS = [
     ],
     ["rig"],
     ["drive", "friction"],
-    ["flags"],
+    ["flags", "scales"],
     ["model"],
     ["reference"],
     ["stepper"],

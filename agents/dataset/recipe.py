@@ -13,7 +13,7 @@ from drillrig_env.allowed import COUNT, Allowed, File, Made, Switch, Text
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
 from drillrig_env.parameters import check_fields, parameter, refuse
-from drillrig_env.policy import Policy, channels_of, drive_of, find_policy
+from drillrig_env.policy import Policy, channels_of, context_of, drive_of, find_policy
 from drillrig_env.seeds import DATASET_SEEDS
 
 BLOCK = 1_000_000
@@ -120,7 +120,7 @@ def label_of(name: str) -> str:
 
 def _player(name: str, env_id: str, kwargs: Mapping[str, Any]) -> Player:
     task = Task.of(**environment_arguments(env_id, kwargs))
-    policy = find_policy(name).make(sensors=task.sensors, rig=task.rig, slew_limit=task.slew_limit)
+    policy = find_policy(name).make(**{**context_of(task), "sensors": task.sensors})
     seen = channels_of(policy)
     if seen not in (None, task.sensors.names):
         shown = ", ".join(task.sensors.names)

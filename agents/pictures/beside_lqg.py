@@ -14,7 +14,6 @@ from agents.beside_lqg import LAW, hard_rig
 from agents.pictures.one_rig import draw_speeds
 from agents.policy.run_folder import TRAINED, read_config
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.contest import Contestant
 from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.results import Results
@@ -22,6 +21,7 @@ from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.suites import Suite, suite
 from drillrig_env.plots.style import BLUE, DARK, TIME, VERMILLION, Picture, new_figure
 from drillrig_env.policy import Policy, find_policy
+from drillrig_env.scales import CONTROL_PERIOD
 
 _SHAKES = 0.3  # swing of the bit speed over the target from which a step counts as shaking
 

@@ -13,7 +13,6 @@ import baselines
 from agents.policy.run_folder import TRAINED, load_policy
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.histories import typical_rigs
 from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.scores import describe, time_to_calm
@@ -21,6 +20,7 @@ from drillrig_env.evaluation.suites import STICKING, default_suite
 from drillrig_env.friction import Friction
 from drillrig_env.plots.style import BLUE, DARK, PURPLE, TIME, VERMILLION, Picture, new_figure
 from drillrig_env.policy import Policy
+from drillrig_env.scales import CONTROL_PERIOD
 
 RIVALS = ("constant", "z_torque", "lqg")
 _SHOWN = 40.0  # s of the episode

@@ -15,12 +15,12 @@ from agents.policy.run_folder import TRAINED, load_policy
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import LIMIT, Sensors
 from drillrig_env.evaluation.suites import STICKING
 from drillrig_env.plots.style import BIT_SPEED, DARK, Picture, new_figure
 from drillrig_env.policy import Policy
 from drillrig_env.rig import Rig
+from drillrig_env.scales import SLEW_LIMIT
 from drillrig_env.verdict import STUCK_SPEED
 
 LAW = "z_torque"

@@ -12,10 +12,11 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from agents.policy.environment import environment_arguments
 from agents.policy.frames import no_frames, push
 from drillrig_env.drive import Drive
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.sensors import Sensors
+from drillrig_env.env.task import TASK_FIELDS, Task
 from drillrig_env.parameters import refuse
 from drillrig_env.policy import AtHome
+from drillrig_env.scales import SLEW_LIMIT, Scales
 
 _OF_TRAINING = ("scenario", "reward", "noise", "delay", "duration", "slew_limit")
 """Arguments of the environment that an agent was trained in and need not meet again."""
@@ -33,7 +34,10 @@ class Agent(AtHome):
     def __init__(self, model: BaseAlgorithm, config: Mapping[str, Any]) -> None:
         self.model, self.config = model, config
         self.frames = int(config["hyperparameters"].get("frame_stack", 1))
+        of_task = {name: value for name, value in self.environment.items() if name in TASK_FIELDS}
+        self._task = Task.of(of_task)  # in which it was trained
         self._acting = self.slew_limit  # what its action 1 stands for now, rad/s^2
+        self._elsewhere = 1.0  # by what rates are larger on the rig that it acts on than on its own
 
     @property
     def env_id(self) -> str:
@@ -44,7 +48,8 @@ class Agent(AtHome):
     def env_kwargs(self) -> dict[str, Any]:
         """The arguments of that environment beside those of the id; what only training drew or paid is left out."""
         kept = {name: value for name, value in self.config["env_kwargs"].items() if name not in _OF_TRAINING}
-        return kept if self._acting == SLEW_LIMIT else {**kept, "slew_limit": self._acting}
+        own = self._acting / self._elsewhere
+        return kept if own == SLEW_LIMIT * self._task.scales.rate else {**kept, "slew_limit": own}
 
     @property
     def environment(self) -> dict[str, Any]:
@@ -54,22 +59,31 @@ class Agent(AtHome):
     @property
     def sensors(self) -> Sensors:
         """What the agent must be shown."""
-        return Sensors.named(self.environment["sensors"])
+        return self._task.sensors
 
     @property
     def drive(self) -> Drive | None:
         """The drive that the agent was trained on; None for the rig's own."""
-        return Drive.of(self.environment.get("drive"))
+        return self._task.drive
 
     @property
     def slew_limit(self) -> float:
         """The slew limit (rad/s^2) that the agent was trained with: what its action 1 stands for."""
-        return float(self.environment.get("slew_limit", SLEW_LIMIT))
+        return self._task.slew_limit
 
-    def at_slew_limit(self, slew_limit: float) -> Agent:
-        """The same agent for an environment with this slew limit (rad/s^2): it wants the rates that it wanted."""
+    @property
+    def control_period(self) -> float:
+        """Length of the control steps (s) that the agent was trained with."""
+        return self._task.control_period
+
+    def at_slew_limit(self, slew_limit: float, scales: Scales | None = None) -> Agent:
+        """The same agent for an environment with this slew limit (rad/s^2): it wants the rates that it wanted.
+
+        On a rig with other `scales` than its own, these are larger as all rates are.
+        """
         agent = type(self)(self.model, self.config)
         agent._acting = slew_limit
+        agent._elsewhere = 1.0 if scales is None else scales.rate / self._task.scales.rate
         return agent
 
     def predict(
@@ -93,7 +107,7 @@ class Agent(AtHome):
                 f"({wanted},): {', '.join(self.sensors.names)}",
             )
         actions, memory = self._act(observation, state, episode_start, deterministic)
-        rate = self.slew_limit / self._acting
+        rate = self.slew_limit * self._elsewhere / self._acting
         return (actions if rate == 1.0 else np.clip(rate * actions, -1.0, 1.0)), memory
 
     def _act(

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from agents.policy.agent import Agent
 from agents.policy.run_folder import find_run, is_run, load_policy, read_config, shipped
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.policy import PolicySource
+from drillrig_env.rig import RigLike
+from drillrig_env.scales import SLEW_LIMIT, Scales
 
 
 def agent_names() -> list[str]:
@@ -36,5 +37,8 @@ def find_agent(name: str) -> PolicySource | None:
     return PolicySource(name, makers, {"kind": "run", "configs": configs})
 
 
-def _at_slew_limit(agent: Agent, slew_limit: float = SLEW_LIMIT) -> Agent:
-    return agent.at_slew_limit(slew_limit)
+def _at_slew_limit(
+    agent: Agent, slew_limit: float | None = None, rig: RigLike = None, largest_reference: float | None = None
+) -> Agent:
+    scales = Scales.of(rig, largest_reference)
+    return agent.at_slew_limit(SLEW_LIMIT * scales.rate if slew_limit is None else slew_limit, scales)

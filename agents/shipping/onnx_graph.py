@@ -20,7 +20,6 @@ from stable_baselines3.common.torch_layers import FlattenExtractor
 
 from agents.policy.agent import Agent
 from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.sensors import LIMIT, Channel
 
 OUTPUT = "speed_reference_rate"
@@ -129,7 +128,7 @@ def _metadata(agent: Agent, slew_limit: float) -> dict[str, str]:
     return {
         "channels": json.dumps(channels),
         "output": f"{OUTPUT}: rate of the speed reference, rad/s^2",
-        "control_period": f"{CONTROL_PERIOD} s",
+        "control_period": f"{agent.control_period} s",
         "slew_limit": f"{slew_limit} rad/s^2",
         "frames": str(agent.frames),
         "environment": config["env_id"],

@@ -26,7 +26,7 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import observe_episodes, scratch
 from drillrig_env.env.sensors import SENSORS
 from drillrig_env.parameters import check_fields, parameter, refuse
-from drillrig_env.policy import make_policy
+from drillrig_env.policy import context_of, make_policy
 from drillrig_env.toml import record_of
 
 _HUBER = 0.3  # error of an action from which on its cost grows linearly
@@ -120,7 +120,7 @@ class Teacher:
         self.core = core
         self.exact = Exact(core) if how.privileged else None
         shown = self.exact.sensors if self.exact else core.sensors
-        context: dict[str, Any] = {"sensors": shown, "rig": core.rig, "slew_limit": core.slew_limit}
+        context: dict[str, Any] = {**context_of(core.task), "sensors": shown}
         first, last = core.task.delays
         told: list[dict[str, int]] = [{"delay": delay} for delay in range(first, last + 1)] if how.told_delay else [{}]
         self._delays = [one.get("delay") for one in told]

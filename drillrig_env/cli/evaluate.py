@@ -30,7 +30,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import drillrig_env
-from drillrig_env.allowed import COUNT
+from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.command_line import DONE, FAILED, Parser, command
 from drillrig_env.evaluation.beginning import begin
 from drillrig_env.evaluation.contest import Contestant, Failure, config_of, run_contest
@@ -89,10 +89,10 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         if chosen.saved:
             return _report_again(chosen)
         check_writable(chosen.output)
-        suites = [suite(name, chosen.rigs) for name in SUITES if name in chosen.suite]
         contestants, failures, conditions = find_contestants(
-            chosen.policies, chosen.env, chosen.slow, _warn, chosen.rig
+            chosen.policies, chosen.env, chosen.slow, _warn, chosen.rig, chosen.largest_reference
         )
+        suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
         _print(failures)
         names = [contestant.name for contestant in contestants]
         reference = chosen.reference or next(iter(names), "")
@@ -134,6 +134,12 @@ def _parser(prog: str) -> Parser:
         help="whose sensors (default: those that the named agents were trained with, or DrillRig-v0)",
     )
     add_rig_argument(parser)
+    add(
+        "--largest-reference",
+        type=of_kind(POSITIVE, "rad/s"),
+        metavar="RAD/S",
+        help="upper end of the rig's speed reference; targets, forces and friction go with it (default: by its period)",
+    )
     add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
     add("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
     add("--rigs", type=of_kind(COUNT), default=1000, help="random rigs of a suite that is drawn (default: 1000)")

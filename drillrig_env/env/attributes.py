@@ -63,6 +63,8 @@ class PlaysTask:
     delay = TaskAttribute[tuple[int, int] | None]()
     reward = TaskAttribute[Reward]()
     slew_limit = TaskAttribute[float]()
+    largest_reference = TaskAttribute[float]()
+    control_period = TaskAttribute[float]()
     drive = TaskAttribute[Drive | None]()
     duration = TaskAttribute[float]()
 
@@ -86,6 +88,11 @@ class GymnasiumForm(PlaysTask):
     """A form of the environment that Gymnasium registers: its spec says how long its episodes are."""
 
     _spec: EnvSpec | None = None
+
+    @property
+    def _frame_rate(self) -> int:
+        """Frames in a second, so that a film takes as long as the rig does; one at least."""
+        return max(1, round(1.0 / self.control_period))
 
     @property
     def spec(self) -> EnvSpec | None:

@@ -11,14 +11,13 @@ import os
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import count, pairwise
+from itertools import pairwise
+from math import floor, log10
 
 import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.env.scenario import LARGEST_REFERENCE
 from drillrig_env.extras import missing
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
@@ -31,7 +30,7 @@ except ImportError as error:
     raise missing("rendering", "pygame-ce", "render") from error
 
 HISTORY = 20.0
-"""How far back the strip charts reach, s."""
+"""How far back the strip charts reach on the chapter's rig, s."""
 
 INK, MUTED, PAPER = "#1a1a1a", "#59636e", "#ffffff"
 BIT, TOP, REFERENCE = "#1f5fa8", "#5aa84f", "#d1651f"
@@ -78,27 +77,26 @@ class Fonts:
         return cls(pygame.font.Font(path, 36), pygame.font.Font(path, 31))
 
 
-def speed_axes(highest: float) -> Axes:
-    """The axes of the strip charts: time (s) before now, and speeds up to `highest` (rad/s)."""
-    return Axes(_CHART, (-HISTORY, 0.0), (-0.3, highest))
+def speed_axes(history: float, highest: float) -> Axes:
+    """The axes of the strip charts: time before now, up to `history` (s), and speeds up to `highest` (rad/s)."""
+    return Axes(_CHART, (-history, 0.0), (-0.04 * highest, highest))
 
 
-def map_axes(most: float) -> Axes:
-    """The axes of the stability map: speed reference (rad/s), and normal forces up to `most` (N)."""
-    return Axes(_MAP, (0.0, LARGEST_REFERENCE), (0.0, most))
+def map_axes(fastest: float, most: float) -> Axes:
+    """The axes of the stability map: speed references up to `fastest` (rad/s), normal forces up to `most` (N)."""
+    return Axes(_MAP, (0.0, fastest), (0.0, most))
 
 
 def paint_speeds(ground: pygame.Surface, fonts: Fonts, axes: Axes) -> None:
     """The background of the strip charts."""
-    times = {time: f"{MINUS}{-time} s" if time else "now" for time in range(-round(HISTORY), 1, 5)}
+    times = {-before: f"{MINUS}{before:g} s" if before else "now" for before in _steps(-axes.x[0])}
     _paint_scales(ground, fonts, axes, times)
     lines = (("bit", BIT, False), ("top drive", TOP, False), ("reference", REFERENCE, False), ("target", INK, True))
     _paint_title(ground, fonts, axes.box, "speed, rad/s", lines)
 
 
-def draw_speeds(canvas: pygame.Surface, axes: Axes, speeds: FloatArray, target: float) -> None:
-    """Speeds of bit, top drive and reference, shape (steps, 3), the last row being now; and the target (rad/s)."""
-    times = CONTROL_PERIOD * np.arange(1 - len(speeds), 1)
+def draw_speeds(canvas: pygame.Surface, axes: Axes, times: FloatArray, speeds: FloatArray, target: float) -> None:
+    """Speeds of bit, top drive and reference, shape (steps, 3), at `times` (s) before now; and the target (rad/s)."""
     for color, speed, width in zip((BIT, TOP, REFERENCE), speeds.T, (5, 6, 4), strict=True):
         _line(canvas, color, axes.places(times, speed), width)
     _line(canvas, INK, axes.places(axes.x, target), 4, dashed=True)
@@ -111,11 +109,11 @@ def paint_map(ground: pygame.Surface, fonts: Fonts, axes: Axes, rig: Rig, mu_s: 
     pygame.draw.rect(ground, _CALM, box)
     for color, speeds in ((_EITHER, fold), (_STICK_SLIP, critical)):
         pygame.draw.polygon(ground, color, [box.bottomleft, *axes.places(speeds, forces), box.topleft])
-    _paint_scales(ground, fonts, axes, {speed: f"{speed}" for speed in range(0, round(LARGEST_REFERENCE) + 1, 2)})
+    _paint_scales(ground, fonts, axes, {speed: f"{speed:g}" for speed in _steps(axes.x[1])})
     for dashed, speeds in ((False, critical), (True, fold)):
-        inside = (speeds > 0.0) & (speeds < LARGEST_REFERENCE)
+        inside = (speeds > 0.0) & (speeds < axes.x[1])
         _line(ground, INK, axes.places(speeds[inside], forces[inside]), 6, dashed)
-    edges = (np.zeros_like(forces), critical, fold, np.full_like(forces, LARGEST_REFERENCE))
+    edges = (np.zeros_like(forces), critical, fold, np.full_like(forces, axes.x[1]))
     for (left, right), name, share in zip(
         pairwise(edges), ("stick-slip", "either", "calm"), (0.9, 0.9, 0.2), strict=True
     ):
@@ -161,18 +159,24 @@ def _fold(rig: Rig, friction: Friction) -> float:
         return np.inf
 
 
-def _paint_scales(ground: pygame.Surface, fonts: Fonts, axes: Axes, x: dict[int, str]) -> None:
-    """Grid and numbers of a chart; upwards at most six steps of 1, 2, 5, 10, 20, ..."""
-    box, highest = axes.box, int(axes.y[1])
-    step = next(step for power in count() for step in (10**power, 2 * 10**power, 5 * 10**power) if highest <= 6 * step)
+def _steps(highest: float) -> list[float]:
+    """Numbers from 0 up to `highest`, in at most six steps of 1, 2 or 5 times a power of ten."""
+    power = floor(log10(highest / 6.0))
+    step = float(next(f"{digit}e{power}" for digit in (1, 2, 5, 10) if highest <= 6.000001 * float(f"{digit}e{power}")))
+    return [float(f"{step * k:.9g}") for k in range(int(highest / step + 1e-6) + 1)]
+
+
+def _paint_scales(ground: pygame.Surface, fonts: Fonts, axes: Axes, x: dict[float, str]) -> None:
+    """Grid and numbers of a chart."""
+    box = axes.box
     for value, name in x.items():
         ((across, _),) = axes.places(value, 0.0)
         pygame.draw.line(ground, _GRID, (across, box.top), (across, box.bottom), 2)
         write(ground, fonts.small, name, (across, box.bottom + 10), "midtop", MUTED)
-    for value in range(0, highest + 1, step):
+    for value in _steps(axes.y[1]):
         ((_, down),) = axes.places(0.0, value)
         pygame.draw.line(ground, _GRID, (box.left, down), (box.right, down), 2)
-        write(ground, fonts.small, f"{value}", (box.left - 14, down), "midright", MUTED)
+        write(ground, fonts.small, f"{value:g}", (box.left - 14, down), "midright", MUTED)
 
 
 def _paint_title(

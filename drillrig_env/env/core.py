@@ -14,7 +14,7 @@ import numpy.typing as npt
 from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.attributes import PlaysTask, check_changeable
-from drillrig_env.env.kernel import CONTROL_PERIOD, EPISODE, SETTINGS, observe_episodes, scratch, step_episodes
+from drillrig_env.env.kernel import EPISODE, SETTINGS, observe_episodes, scratch, step_episodes
 from drillrig_env.env.reward import TERMS
 from drillrig_env.env.scenario import STARTS, check_pins
 from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
@@ -25,12 +25,14 @@ from drillrig_env.friction import Friction
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked
+from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.tables import SAMPLES, step_tables
-from drillrig_env.verdict import WINDOW, is_mitigated
+from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_mitigated
 
 Observations = npt.NDArray[np.float32]
 _ALL = slice(None)
+_SETTLING, _LONGEST_SETTLING = 12.0, 60.0  # s on the chapter's rig, until a start in stick-slip is on its cycle
 _TABLES = ("_tables", "_start_tables")  # made anew in a copy, from the task
 
 
@@ -105,7 +107,7 @@ class EpisodeBatch(PlaysTask):
     @property
     def window_start(self) -> int:
         """The control step with which the window of the final verdict begins."""
-        return max(0, self._steps - round(WINDOW / CONTROL_PERIOD))
+        return max(0, self._steps - round(WINDOW * self._task.scales.time / self._task.control_period))
 
     @property
     def ended(self) -> npt.NDArray[np.bool_]:
@@ -117,10 +119,8 @@ class EpisodeBatch(PlaysTask):
         """The verdict on the window so far: at the end of an episode, whether it was mitigated; shape (n,)."""
         done = np.maximum(self.episodes["step"] - self.window_start, 1)
         mean = self.episodes["window_sum"] / done
-        verdict = is_mitigated(
-            self.episodes["window_lowest"], self.episodes["window_highest"], mean, self.episodes["speed_target"]
-        )
-        return np.asarray(verdict)
+        lowest, highest, target = (self.episodes[name] for name in ("window_lowest", "window_highest", "speed_target"))
+        return np.asarray(is_mitigated(lowest, highest, mean, target, self._speed_scale))
 
     def reset(
         self,
@@ -133,7 +133,7 @@ class EpisodeBatch(PlaysTask):
         `options` pins what would be drawn, as numbers or with one entry for each of `indices`.
         Like `step` it leaves earlier `observations` as they were.
         """
-        pins = check_pins(options, len(indices), self.duration)
+        pins = check_pins(options, len(indices), self.duration, self._task.targets)
         draws = self.scenario.draw(uniforms, self.duration, pins)
         fresh = begin_episodes(self._task, draws, self._settings, self._start_tables, self.threads)
         check_finite(fresh["state"][:, None, :7], np.zeros(1), "reset", indices, self.seeds)
@@ -166,7 +166,7 @@ class EpisodeBatch(PlaysTask):
 
     def refuse_lost(self) -> None:
         """Raise `NotFiniteError` for the first rig whose state is no longer finite after a control step."""
-        times = CONTROL_PERIOD * self.episodes["step"][:, None]
+        times = self.control_period * self.episodes["step"][:, None]
         check_finite(self.episodes["state"][:, None, :7], times, "step", seeds=self.seeds)
 
     def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], int]:
@@ -222,22 +222,27 @@ class EpisodeBatch(PlaysTask):
         return [STARTS[i] for i in self.episodes["start"][indices]]
 
     def _take_tables(self) -> None:
-        self._tables = step_tables(self.rig, CONTROL_PERIOD, drive=self.drive)
-        self._start_tables = step_tables(self.rig, CONTROL_PERIOD)
+        self._tables = step_tables(self.rig, self.control_period, drive=self.drive)
+        self._start_tables = step_tables(self.rig, self.control_period)
 
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""
         task, reward, loop = self._task, self._task.reward, self._task.speed_loop
+        period, scales = task.control_period, task.scales
+        self._speed_scale = scales.speed
         values = {
             "r_1": task.rig.r_1,
             "omega_s": task.rig.omega_s,
-            "slew": task.slew_limit * CONTROL_PERIOD,
+            "control_period": period,
+            "largest_reference": task.largest_reference,
+            "stuck_speed": STUCK_SPEED * scales.speed,
+            "slew": task.slew_limit * period,
             "k_p": loop.k_p,
             "k_i": loop.k_i,
             "back_emf_compensation": loop.compensation(task.rig),
-            "gain": 1.0 - exp(-CONTROL_PERIOD / SAMPLES / reward.time_constant),
-            "torque_mean_gain": 1.0 - exp(-CONTROL_PERIOD / TORQUE_MEAN_TIME),
-            "torque_variance_gain": 1.0 - exp(-CONTROL_PERIOD / TORQUE_DEVIATION_TIME),
+            "gain": 1.0 - exp(-period / SAMPLES / reward.time_constant),
+            "torque_mean_gain": 1.0 - exp(-period / (TORQUE_MEAN_TIME * scales.time)),
+            "torque_variance_gain": 1.0 - exp(-period / (TORQUE_DEVIATION_TIME * scales.time)),
             "variance_weight": reward.variance,
             "tracking_weight": reward.tracking,
             "action_weight": reward.action,
@@ -246,6 +251,8 @@ class EpisodeBatch(PlaysTask):
             "phases": reward.form == "phases",
             "steps": self._steps,
             "window_start": self.window_start,
+            "settling": round(_SETTLING * scales.time / period),
+            "longest_settling": round(_LONGEST_SETTLING * scales.calming / period),
         }
         for name, value in values.items():
             self._settings[name] = value
@@ -266,10 +273,12 @@ class EpisodeBatch(PlaysTask):
         )
 
 
-def rate_action(wanted: FloatArray, reference: FloatArray, slew_limit: float) -> npt.NDArray[np.float32]:
+def rate_action(
+    wanted: FloatArray, reference: FloatArray, slew_limit: float, control_period: float = CONTROL_PERIOD
+) -> npt.NDArray[np.float32]:
     """The action, -1 to 1, that takes the speed reference towards a wanted one (rad/s) within a control step; (n, 1).
 
-    `wanted` and `reference` have shape (n,); `slew_limit` is in rad/s^2.
+    `wanted` and `reference` have shape (n,); `slew_limit` is in rad/s^2, `control_period` in s.
     """
-    rate = (wanted - reference) / (slew_limit * CONTROL_PERIOD)
+    rate = (wanted - reference) / (slew_limit * control_period)
     return np.asarray(np.clip(rate, -1.0, 1.0), dtype=np.float32)[:, None]

@@ -13,21 +13,15 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.env.reward_kernel import reward_terms, update_statistics
-from drillrig_env.env.scenario import LARGEST_REFERENCE, MOST_LOAD_STEPS, STEADY, STICK_SLIP
+from drillrig_env.env.scenario import MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
 from drillrig_env.friction.law import press
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.propagator import WORKSPACE, advance
 from drillrig_env.stepper.tables import SAMPLES, STATE, UNITS, from_equilibrium, to_states
-from drillrig_env.verdict import STUCK_SPEED
-
-CONTROL_PERIOD = 0.1
-"""Length of a control step, over which the speed reference is held constant, s."""
-
-SLEW_LIMIT = 2.0
-"""Largest rate of the speed reference unless another is asked for, rad/s^2: what the action 1 stands for."""
 
 _CHANNELS = len(CHANNELS)
+_SAME_STEP = 1e-8  # share of a control step by which a load step may be late for its time, in rounding
 Past = npt.NDArray[np.float32]
 
 EPISODE = np.dtype(
@@ -70,6 +64,9 @@ SETTINGS = np.dtype(
     [
         ("r_1", "f8"),
         ("omega_s", "f8"),
+        ("control_period", "f8"),  # s
+        ("largest_reference", "f8"),  # rad/s
+        ("stuck_speed", "f8"),  # below which the bit counts as stuck, rad/s
         ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
         ("k_p", "f8"),  # of the drive's speed loop in the episode
         ("k_i", "f8"),
@@ -85,6 +82,8 @@ SETTINGS = np.dtype(
         ("phases", "b1"),  # whether the terms are those in phases
         ("steps", "i8"),  # of an episode
         ("window_start", "i8"),  # step with which the last window begins
+        ("settling", "i8"),  # fewest and most steps in which a start in stick-slip is brought onto its cycle
+        ("longest_settling", "i8"),
     ],
     align=True,
 )
@@ -147,9 +146,9 @@ def _step(
     episode: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
-    episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), LARGEST_REFERENCE)
-    now = episode.step * CONTROL_PERIOD
-    while episode.next_load < MOST_LOAD_STEPS and episode.load_times[episode.next_load] <= now + 1e-9:
+    episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), s.largest_reference)
+    now = (episode.step + _SAME_STEP) * s.control_period
+    while episode.next_load < MOST_LOAD_STEPS and episode.load_times[episode.next_load] <= now:
         episode.normal_force = episode.load_forces[episode.next_load]
         episode.next_load += 1
     _hold(episode, s, rungs, sampling, shift, work)
@@ -193,7 +192,7 @@ def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: 
         highest_torque = max(highest_torque, work.torque_samples[k])
         total += speed
         torque += work.torque_samples[k]
-        stuck += speed < STUCK_SPEED
+        stuck += speed < s.stuck_speed
         mean, variance = update_statistics(mean, variance, speed, s.gain)
     episode.mean, episode.variance = mean, variance
     episode.lowest, episode.highest, episode.average = lowest, highest, total / SAMPLES
@@ -261,10 +260,6 @@ def _uniform(episode: Record) -> float:
     return float(z >> np.uint64(11)) * 2.0**-53
 
 
-SETTLING_STEPS = 120
-"""Fewest control steps in which a start in stick-slip is brought onto its cycle."""
-
-_LONGEST_SETTLING = 600
 _DEVIATION_OF_CALM = 0.02
 """A running deviation below this share of the speed reference means that the oscillation has died."""
 
@@ -281,19 +276,19 @@ def settle_episodes(
 ) -> None:
     """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
 
-    A rig is run for 12 s or more at its speed reference. Where it then still sticks and slips, it is
-    run on by `phase` times the last period, to the nearest control step below. Where its
-    oscillation dies instead, there is no stick-slip with these parameters: `start` becomes STEADY.
-    A rig whose state is no longer finite is left there.
+    A rig is run for `settling` control steps or more at its speed reference. Where it then still sticks and slips, it
+    is run on by `phase` times the last period, to the nearest control step below. Where its oscillation dies instead,
+    there is no stick-slip with these parameters: `start` becomes STEADY. A rig whose state is no longer finite is left
+    there.
     """
-    work = scratch[0].work
+    s, work = settings[0], scratch[0].work
     for n in range(episodes.shape[0]):
         episode = episodes[n]
         episode.start = STEADY
-        was_stuck, last_release, period, end = True, 0, 0, _LONGEST_SETTLING
+        was_stuck, last_release, period, end = True, 0, 0, s.longest_settling
         step = 0
         while step < end:
-            _hold(episode, settings[0], rungs, sampling, shift, work)
+            _hold(episode, s, rungs, sampling, shift, work)
             if not _is_finite(episode.state):
                 end = step
             if episode.start == STEADY:  # not yet found to cycle
@@ -301,7 +296,7 @@ def settle_episodes(
                 if was_stuck and not is_stuck:
                     period, last_release = step - last_release, step
                 was_stuck = is_stuck
-                if step >= SETTLING_STEPS:
+                if step >= s.settling:
                     if period > 0 and step - last_release <= period and step > 2 * period:
                         episode.start, end = STICK_SLIP, step + 1 + int(phases[n] * period)
                     elif sqrt(episode.variance) < _DEVIATION_OF_CALM * episode.speed_reference:

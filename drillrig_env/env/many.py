@@ -120,4 +120,4 @@ def _pictures_of(core: EpisodeBatch, render_mode: str | None) -> RigPictures | N
         raise ValueError(f"render_mode = {render_mode!r} is not known for many rigs; allowed: None, rgb_array")
     from drillrig_env.env.rendering import RigPictures
 
-    return RigPictures(core.rig, core.episodes)
+    return RigPictures(core.task, core.episodes)

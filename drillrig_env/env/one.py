@@ -12,7 +12,6 @@ from gymnasium.error import ResetNeeded
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.info import entries_of
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
 
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
 _BOUND = ("_advance", "_seen", "_numbers", "_counts", "_picture")  # what only holds for the arrays of this very one
-_FRAME_RATE = round(1.0 / CONTROL_PERIOD)
 
 
 class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
@@ -31,7 +29,7 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
 
     metadata: ClassVar[dict[str, Any]] = {  # type: ignore[misc]
         "render_modes": ["rgb_array", "human"],
-        "render_fps": _FRAME_RATE,
+        "render_fps": 10,  # of the chapter's rig
     }
     _picture: RigPicture | None
 
@@ -43,6 +41,7 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
         self.render_mode = render_mode
         self._action = np.zeros((1, 1), dtype=np.float32)
         self._steps, self._info = self.core.steps, dict[str, Any]()
+        self.metadata = {**self.metadata, "render_fps": self._frame_rate}  # type: ignore[misc]
         self._bind()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -143,4 +142,4 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
     def _new_picture(self, record: np.void) -> RigPicture:
         from drillrig_env.env.rendering import RigPicture
 
-        return RigPicture(self.core.rig, record, self.render_mode == "human", _FRAME_RATE)
+        return RigPicture(self.core.task, record, self.render_mode == "human", self._frame_rate)

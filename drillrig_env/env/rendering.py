@@ -20,8 +20,7 @@ from gymnasium.error import ResetNeeded
 
 from drillrig_env.env import charts
 from drillrig_env.env.charts import BIT, HISTORY, INK, MINUS, MUTED, PAPER, TOP, Point, write
-from drillrig_env.env.kernel import CONTROL_PERIOD
-from drillrig_env.rig import Rig
+from drillrig_env.env.task import Task
 
 # isort: split
 import pygame  # after the charts, which say what to install where it is missing
@@ -79,16 +78,17 @@ class RigPicture:
     that its owner closes stays closed, and the episode goes on without it.
     """
 
-    def __init__(self, rig: Rig, record: np.void, window: bool, frame_rate: float) -> None:
+    def __init__(self, task: Task, record: np.void, window: bool, frame_rate: float) -> None:
         self._fonts = charts.Fonts.load()
         self._canvas, self._picture = _surfaces()
-        self._rig, self._record, self._frame_rate = rig, record, frame_rate
+        self._task, self._scales, self._record, self._frame_rate = task, task.scales, record, frame_rate
         self._background: pygame.Surface | None = None  # painted when it is first needed
         self._window = self._open_window() if window else None
         self._clock = pygame.time.Clock()
         self._angle = 0.0  # of the top drive, rad
-        self._chart, self._map = charts.speed_axes(1.0), charts.map_axes(1.0)
-        self._past: deque[tuple[float, ...]] = deque(maxlen=round(HISTORY / CONTROL_PERIOD) + 1)
+        self._chart, self._map = self._speed_axes(1.0), charts.map_axes(task.largest_reference, 1.0)
+        shown = round(HISTORY * self._scales.time / task.control_period)
+        self._past: deque[tuple[float, ...]] = deque(maxlen=shown + 1)
 
     @property
     def began(self) -> bool:
@@ -105,11 +105,11 @@ class RigPicture:
 
     def follow(self) -> None:
         """Follow the rig through one control step."""
-        self._angle += float(self._record["state"][4]) * CONTROL_PERIOD
+        self._angle += float(self._record["state"][4]) * self._task.control_period
         self._remember()
         fastest = max(self._past[-1][:3])
         if fastest > self._chart.y[1]:
-            self._chart = charts.speed_axes(ceil(fastest))
+            self._chart = self._speed_axes(ceil(fastest / self._scales.speed))
             self._background = None
         self.show()
 
@@ -157,12 +157,18 @@ class RigPicture:
 
     def _scale(self) -> None:
         """Choose the ranges of map and charts for the episode."""
-        record = self._record
+        record, scales = self._record, self._scales
         loads = record["load_forces"][np.isfinite(record["load_times"])]
-        highest_load, fastest = max(30.0, record["normal_force"], *loads), max(max(row[:3]) for row in self._past)
-        self._map = charts.map_axes(1.2 * highest_load)
-        self._chart = charts.speed_axes(max(2.5 * ceil(record["speed_target"]), ceil(fastest)))
+        highest_load = max(30.0 * scales.force, record["normal_force"], *loads)
+        fastest = max(max(row[:3]) for row in self._past)
+        self._map = charts.map_axes(self._task.largest_reference, 1.2 * highest_load)
+        target = record["speed_target"] / scales.speed
+        self._chart = self._speed_axes(max(2.5 * ceil(target), ceil(fastest / scales.speed)))
         self._background = None
+
+    def _speed_axes(self, highest: float) -> charts.Axes:
+        """The axes of the strip charts up to a speed, in rad/s of the chapter's rig."""
+        return charts.speed_axes(HISTORY * self._scales.time, highest * self._scales.speed)
 
     def _remember(self) -> None:
         record = self._record
@@ -175,7 +181,8 @@ class RigPicture:
         self._canvas.blit(self._background, (0, 0))
         self._draw_rig()
         past = np.array(self._past)
-        charts.draw_speeds(self._canvas, self._chart, past[:, :3], self._record["speed_target"])
+        times = self._task.control_period * np.arange(1 - len(past), 1, dtype=np.float64)
+        charts.draw_speeds(self._canvas, self._chart, times, past[:, :3], self._record["speed_target"])
         charts.draw_path(self._canvas, self._map, past[:, 2], past[:, 3])
         pygame.transform.smoothscale(self._canvas, SIZE, self._picture)
 
@@ -196,7 +203,7 @@ class RigPicture:
         pygame.draw.line(self._canvas, MUTED, motor.midbottom, (top.x, top.y), 22)
         pygame.draw.rect(self._canvas, MUTED, motor, border_radius=14)
         write(self._canvas, self._fonts.small, "motor", motor.center, "center", PAPER)
-        time = f"time {self._record['step'] * CONTROL_PERIOD:.1f} s"
+        time = f"time {self._record['step'] * self._task.control_period:.1f} s"
         write(self._canvas, self._fonts.large, time, (_BESIDE, motor.centery), "midleft", INK)
 
     def _draw_disc(self, disc: _Disc, angle: float) -> None:
@@ -247,7 +254,7 @@ class RigPicture:
         for disc in _DISCS:
             write(ground, self._fonts.large, disc.name, (_BESIDE, disc.y), "bottomleft", disc.color)
         friction = (float(self._record[name]) for name in ("mu_s", "mu_k", "v_b"))
-        charts.paint_map(ground, self._fonts, self._map, self._rig, *friction)
+        charts.paint_map(ground, self._fonts, self._map, self._task.rig, *friction)
         charts.paint_speeds(ground, self._fonts, self._chart)
         return ground
 
@@ -258,8 +265,8 @@ class RigPictures:
     A picture that has been drawn keeps a background of 8 MB.
     """
 
-    def __init__(self, rig: Rig, episodes: np.ndarray) -> None:
-        self._pictures = [RigPicture(rig, episodes[i], False, 0.0) for i in range(len(episodes))]
+    def __init__(self, task: Task, episodes: np.ndarray) -> None:
+        self._pictures = [RigPicture(task, episodes[i], False, 0.0) for i in range(len(episodes))]
 
     def begin(self, rigs: npt.NDArray[np.intp]) -> None:
         """Begin the pictures of new episodes in the rigs of these numbers."""

@@ -26,7 +26,7 @@ high speed; once it is calm, the way down to the target pays. Nothing scores les
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -66,15 +66,19 @@ class Reward:
                 raise refuse("Reward", name, getattr(self, name), "", 'none beside form = "phases", which has its own')
 
     @classmethod
-    def of(cls, reward: RewardLike) -> Reward:
+    def of(cls, reward: RewardLike, time: float = 1.0) -> Reward:
         """A reward as environments take it: None for the default, "phases" for the one that agents are shipped with,
         a `Reward`, a dictionary of changes to the default, or a TOML file.
 
-        Raises `ValueError` for what is none of these, with the closest known name for an unknown field.
+        A `time_constant` that is not given in s is the default's times `time`, a rig's scale of times. Raises
+        `ValueError` for what is none of these, with the closest known name for an unknown field.
         """
         if isinstance(reward, str) and reward in PRESETS:
-            return PRESETS[reward]
-        return record_of(cls, "reward", reward)
+            made, given = PRESETS[reward], False
+        else:
+            made = record_of(cls, "reward", reward)
+            given = "time_constant" in reward if isinstance(reward, Mapping) else reward is not None
+        return made if given or time == 1.0 else replace(made, time_constant=made.time_constant * time)
 
 
 PRESETS = {"phases": Reward(variance=0.1, tracking=0.2, action=0.003, form="phases")}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -14,28 +15,25 @@ from drillrig_env.allowed import SHARE, Allowed, Made, Span
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, parameter, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 from drillrig_env.toml import record_of
 
 Start: TypeAlias = Literal["stick_slip", "steady", "rest"]
 STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest")
 STICK_SLIP, STEADY, REST = range(3)
-LARGEST_REFERENCE = 10.0
-"""Upper end of the speed reference, rad/s."""
-
 MOST_LOAD_STEPS = 8
 UNIFORMS = 12
 """Uniform numbers on [0, 1) that one episode takes from its generator, whatever it uses of them."""
 
-TARGET = Allowed(low=0.01, high=LARGEST_REFERENCE)
-"""Speed targets (rad/s) that are allowed; far below the lowest, the reward's share of the target loses its meaning."""
+LEAST_TARGET = 0.01
+"""Lowest speed target on the chapter's rig (rad/s); far below it the reward's share of the target loses its meaning."""
 
 _PINS: dict[str, tuple[str, Allowed]] = {
     "normal_force": ("N", NOT_NEGATIVE),
     "mu_s": ("", NOT_NEGATIVE),
     "mu_k": ("", NOT_NEGATIVE),
     "v_b": ("s/rad", POSITIVE),
-    "speed_target": ("rad/s", TARGET),
+    "speed_target": ("rad/s", POSITIVE),
 }
 PINS = (*_PINS, "start", "load_steps")
 """The keys that `reset(options=...)` understands."""
@@ -50,12 +48,12 @@ _SHIFTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0,
 class Scenario:
     """The distribution of episodes. Ranges are drawn uniformly; `Scenario.named` has the presets.
 
-    The friction coefficients are those of `friction`, each times a factor of its own drawn within
-    1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load step sets N_1 to a new draw at a uniform time.
-    Raises `ValueError` for an empty or impossible range or share.
+    The numbers here are those of the chapter's rig; `at` makes those of another. The friction coefficients are those
+    of `friction`, each times a factor of its own drawn within 1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load
+    step sets N_1 to a new draw at a uniform time. Raises `ValueError` for an empty or impossible range or share.
     """
 
-    speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "the target, drawn", allowed=Span(TARGET))
+    speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "the target, drawn", allowed=Span(POSITIVE))
     target_skew: float = parameter(
         1.0,
         meaning="power of the uniform number behind the target: above 1, slow targets are more frequent",
@@ -95,23 +93,48 @@ class Scenario:
             raise refuse("Scenario", "stick_slip", self.stick_slip, "", f"with steady = {self.steady} at most 1")
 
     @classmethod
-    def named(cls, scenario: str | Mapping[str, Any] | Scenario) -> Scenario:
-        """A preset by name ("nominal", "default", "wide"), one of one's own from its fields, or the scenario itself.
+    def named(cls, scenario: str | Mapping[str, Any] | Scenario, scales: Scales | None = None) -> Scenario:
+        """A preset by name ("nominal", "default", "wide"), changes to the default one, or the scenario itself.
 
-        `ValueError` for an unknown name or field.
+        Presets, and what is not changed of the default one, are those of a rig with these `scales`. `ValueError` for
+        an unknown name or field.
         """
         if isinstance(scenario, str):
             if scenario not in PRESETS:
                 hint = f"{closest(scenario, PRESETS)}, or a Scenario(...)"
                 raise ValueError(f"scenario = {scenario!r} is not known; {hint}")
-            return PRESETS[scenario]
+            return PRESETS[scenario] if scales is None else _preset_at(scenario, scales)
         if not isinstance(scenario, Scenario | Mapping):
             allowed = f"{', '.join(PRESETS)}, a Scenario, or a dictionary of its fields"
             raise refuse("DrillRig", "scenario", repr(scenario), "", allowed)
         if isinstance(scenario, Mapping) and "slower" in scenario:
             warnings.warn("the field `slower` of a scenario is now `target_skew`", DeprecationWarning, stacklevel=2)
             scenario = {"target_skew" if name == "slower" else name: value for name, value in scenario.items()}
-        return record_of(cls, "scenario", scenario)
+        made = record_of(cls, "scenario", scenario)
+        if scales is None or not isinstance(scenario, Mapping):
+            return made
+        return replace(_preset_at("default", scales), **{name: getattr(made, name) for name in scenario})
+
+    def at(self, scales: Scales) -> Scenario:
+        """The scenario of a rig with such scales that corresponds to this one of the chapter's rig."""
+        friction = self.friction
+
+        def grown(span: tuple[float, float], factor: float) -> tuple[float, float]:
+            return span[0] * factor, span[1] * factor
+
+        if scales.speed == scales.force == 1.0:
+            return self
+        return replace(
+            self,
+            speed_target=grown(self.speed_target, scales.speed),
+            normal_force=grown(self.normal_force, scales.force),
+            load_force=self.load_force and grown(self.load_force, scales.force),
+            friction=replace(
+                friction,
+                normal_force=np.asarray(friction.normal_force) * scales.force,
+                v_b=np.asarray(friction.v_b) / scales.speed,
+            ),
+        )
 
     def draw(self, uniforms: FloatArray, duration: float, pins: Mapping[str, Any]) -> Draws:
         """Turn uniform numbers of shape (n, UNIFORMS) into n episodes of `duration` s, pinned as told.
@@ -178,8 +201,18 @@ PRESETS: dict[str, Scenario] = {
 }
 
 
-def check_pins(options: Mapping[str, Any] | None, rigs: int, duration: float) -> dict[str, Any]:
+@lru_cache(maxsize=64)
+def _preset_at(name: str, scales: Scales) -> Scenario:
+    """A preset on a rig with such scales: always the same record, so that tasks can be compared."""
+    return PRESETS[name].at(scales)
+
+
+def check_pins(
+    options: Mapping[str, Any] | None, rigs: int, duration: float, targets: Allowed = POSITIVE
+) -> dict[str, Any]:
     """The options of a reset, checked: numbers (or one entry a rig), a start, a list of load steps.
+
+    `duration` (s) is that of an episode, and `targets` are the speed targets (rad/s) that the task allows.
 
     Raises `ValueError` for an unknown key or an impossible value; it names the key, the value, its
     unit and what is allowed.
@@ -193,7 +226,8 @@ def check_pins(options: Mapping[str, Any] | None, rigs: int, duration: float) ->
         elif key == "load_steps":
             pins[key] = _check_load_steps(value, duration)
         else:
-            pins[key] = _check_number(key, value, rigs)
+            unit, allowed = _PINS[key]
+            pins[key] = _check_number(key, value, rigs, unit, targets if key == "speed_target" else allowed)
     if "mu_s" in pins and "mu_k" in pins and np.any(pins["mu_s"] < pins["mu_k"]):
         raise refuse("reset options", "mu_s", pins["mu_s"], "", f">= mu_k = {pins['mu_k']}")
     return pins
@@ -214,8 +248,7 @@ def pins_of(options: Mapping[str, Any], indices: npt.NDArray[np.intp], rigs: int
     }
 
 
-def _check_number(key: str, value: Any, rigs: int) -> FloatArray:
-    unit, allowed = _PINS[key]
+def _check_number(key: str, value: Any, rigs: int, unit: str, allowed: Allowed) -> FloatArray:
     if not allowed.holds(value):
         raise refuse("reset options", key, value, unit, allowed)
     array = np.asarray(value, dtype=float)
@@ -253,7 +286,8 @@ def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
 
 def _slope(draws: Draws) -> FloatArray:
     """How fast friction falls with speed at the target, N m s/rad but for a factor that all draws share."""
-    return np.asarray(draws.friction.slope(Rig(), draws.speed_target))
+    force, mu_s, mu_k, v_b = draws.friction.as_array().T
+    return np.asarray(-force * (mu_s - mu_k) * v_b * np.exp(-v_b * draws.speed_target))
 
 
 def _between(bounds: tuple[float, float], uniform: FloatArray) -> FloatArray:

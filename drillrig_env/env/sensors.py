@@ -17,7 +17,7 @@ with the noise of the channel.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -26,6 +26,7 @@ from drillrig_env import markdown
 from drillrig_env.arrays import Quantity
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import NOT_NEGATIVE, checked, closest, refuse
+from drillrig_env.scales import Scales
 
 LIMIT = 10.0
 """Observations are clipped here; on the default draws they stay within about +-3."""
@@ -34,7 +35,8 @@ LONGEST_DELAY = 10
 """Most control steps by which measurements may come late."""
 
 TORQUE_MEAN_TIME, TORQUE_DEVIATION_TIME = 10.0, 2.5
-"""Time constants (s) of the running mean of the torque into the string, and of its deviation from that."""
+"""Time constants (s) of the running mean of the torque into the string, and of its deviation from that; the
+chapter's."""
 
 LAYOUT = np.dtype(
     [
@@ -67,6 +69,24 @@ class Channel:
     meaning: str
     measured: bool = True
 
+    def at(self, scales: Scales) -> Channel:
+        """The channel of another rig that corresponds to this one of the chapter's."""
+        level, swing = _GROWING.get(self.name) or _GROWING[self.unit]
+        grown = getattr(scales, swing)
+        offset = self.offset if self.offset == "target" else self.offset * getattr(scales, level)
+        return replace(self, offset=offset, scale=self.scale * grown, noise=self.noise * grown)
+
+
+_GROWING = {
+    "twist_12": ("twist_12", "twist_12_swing"),
+    "twist_23": ("twist_23", "twist_23_swing"),
+    "speed_error_integral": ("speed_error", "speed_error_swing"),
+    "rad/s": ("speed", "speed"),
+    "A": ("current", "current_swing"),
+    "V": ("voltage", "voltage_swing"),
+    "N m": ("load", "torque"),
+}
+"""The scales of a rig by which offset, and scale and noise, of a channel grow, by name or unit."""
 
 CHANNELS = (
     Channel("twist_12", "rad", -0.3, 0.3, 0.005, "shaft twist between disc 1 (bit) and disc 2 (collars)"),
@@ -85,7 +105,7 @@ CHANNELS = (
     Channel("string_torque_mean", "N m", 0.3, 0.2, 0.002, "running mean of the torque into the string"),
     Channel("string_torque_deviation", "N m", 0.2, 0.2, 0.002, "running deviation of that torque"),
 )
-"""Everything that can be seen, in the order in which the batch core lays it out."""
+"""Everything that can be seen, in the order in which the batch core lays it out, on the chapter's rig."""
 
 _BY_NAME = {channel.name: channel for channel in CHANNELS}
 _INDEX = {channel.name: index for index, channel in enumerate(CHANNELS)}
@@ -136,6 +156,11 @@ class Sensors:
     def names(self) -> tuple[str, ...]:
         """The channels' names, in the observation's order."""
         return tuple(channel.name for channel in self.channels)
+
+    def at(self, scales: Scales) -> Sensors:
+        """The same sensors on a rig with such scales: its offsets, scales and noise."""
+        made = replace(self, channels=tuple(_BY_NAME[name].at(scales) for name in self.names))
+        return self if made == self else made
 
     def layout(self, noise: float | Mapping[str, float] | None = None) -> np.ndarray:
         """The records of LAYOUT for the batch core.

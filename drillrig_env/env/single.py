@@ -29,7 +29,8 @@ class DrillRigEnv(OneRig):
     The goal is to bring the bit to calm rotation at the operator's target speed by moving the drive's
     speed reference. The policy is told the target, never the normal force or the friction.
 
-    One step is 0.1 s, an episode 60 s.
+    One step is 0.1 s, an episode 60 s. This and every other number with a unit is that of the chapter's rig; on
+    another rig they grow with its scales of time, speed and torque (see `Task.for_rig`).
 
     ## Action Space
     `Box(-1, 1, (1,), float32)`: the rate of change of the speed reference, as a fraction of the slew
@@ -135,9 +136,11 @@ class DrillRigEnv(OneRig):
     | `noise` | by sensors | | noise of the measurements | 0 for none, 1 for the standard, or deviations by channel |
     | `delay` | by sensors | control steps | by which measurements come late | 0 to 10, or a range (low, high), drawn |
     | `reward` | `Reward()` | | weights and shape of the reward | `"phases"`, a `Reward`, or changes to the default |
-    | `slew_limit` | `2.0` | rad/s^2 | largest rate of the speed reference | > 0 and <= 1000 |
+    | `slew_limit` | 2.0, by rig | rad/s^2 | largest rate of the speed reference | > 0 and <= 1000, by rig |
+    | `largest_reference` | 10.0, by rig | rad/s | upper end of the speed reference, the scale of all speeds | > 0 |
+    | `control_period` | 0.1, by rig | s | length of a control step | 1/200 to 1/5 of the rig's slowest period |
     | `drive` | the rig's | | the drive's speed loop | `Drive(k_p, k_i, back_emf_share)`, or its fields |
-    | `duration` | `60.0` | s | length of an episode | a multiple of 0.1, at most 100000 |
+    | `duration` | 60.0, by rig | s | length of an episode | a multiple of 0.1, at most 100000, by rig |
 
     Besides, `render_mode` is `"rgb_array"` or `"human"`, a window; both need the extra `render`.
     `gym.make_vec("DrillRig-v0", num_envs=N)` steps N rigs in one compiled call.

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import EPISODE, SETTLING_STEPS, scratch, settle_episodes
+from drillrig_env.env.kernel import EPISODE, scratch, settle_episodes
 from drillrig_env.env.scenario import REST, STEADY, STICK_SLIP, Draws
 from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction
@@ -63,7 +63,7 @@ def _settle(
     def settle(part: slice) -> None:
         settle_episodes(cycling[part], phases[part], settings, tables.rungs, tables.sampling, tables.shift, scratch())
 
-    over_slices(settle, len(indices), threads, SETTLING_STEPS)
+    over_slices(settle, len(indices), threads, int(settings["settling"][0]))
     found = cycling["start"] == STICK_SLIP
     fresh[indices[found]] = cycling[found]
     fresh["start"][indices[~found]] = STEADY

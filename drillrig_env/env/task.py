@@ -11,18 +11,25 @@ import numpy as np
 
 from drillrig_env.allowed import Allowed, Made
 from drillrig_env.drive import Drive
-from drillrig_env.env.kernel import CONTROL_PERIOD, SLEW_LIMIT
 from drillrig_env.env.reward import Reward
-from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.scenario import LEAST_TARGET, Scenario
 from drillrig_env.env.sensors import LONGEST_DELAY, SENSORS, Sensors
-from drillrig_env.parameters import checked, closest, parameter, refuse
-from drillrig_env.rig import Rig
+from drillrig_env.parameters import POSITIVE, checked, closest, parameter, refuse
+from drillrig_env.rig import Rig, RigLike
+from drillrig_env.scales import CONTROL_PERIOD, DURATION, LARGEST_REFERENCE, SLEW_LIMIT, Scales, slowest_period
 
 LONGEST_EPISODE = 1e5
-"""Longest `duration` of an episode, s."""
+"""Longest `duration` of an episode on the chapter's rig, s."""
+
+_FASTEST, _SLOWEST = 200, 5
+"""A control step lasts between these parts of the rig's slowest period."""
+
+_ROUNDING = 1e-9
+
+_HIGHEST_SLEW_LIMIT = 1e3
+"""Highest slew limit that is taken on the chapter's rig, rad/s^2."""
 
 _DELAYS = Allowed(0, LONGEST_DELAY, whole=True)
-_DURATIONS = Allowed(CONTROL_PERIOD, LONGEST_EPISODE)
 
 
 def _read_noise(noise: Any) -> float | dict[str, float]:
@@ -38,12 +45,18 @@ def _read_delay(delay: Any) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def _read_duration(duration: Any) -> float:
-    """The length of an episode in s, a whole number of control steps."""
-    held = np.ndim(duration) == 0 and _DURATIONS.holds(duration)
-    if not held or abs(round(duration / CONTROL_PERIOD) * CONTROL_PERIOD - duration) > 1e-6:
-        raise refuse("DrillRig", "duration", repr(duration), "s", f"a multiple of {CONTROL_PERIOD}, {_DURATIONS}")
-    return float(duration)
+def _read_duration(duration: Any, control_period: float, longest: float) -> float:
+    """The length of an episode in s, a whole number of control steps: the nearest one, but for a plain period of 0.1 s.
+
+    Numbers of seconds that a person writes are multiples of that one, and of no other rig's.
+    """
+    allowed = Allowed(control_period, longest)
+    held = np.ndim(duration) == 0 and allowed.holds(duration)
+    plain = control_period == CONTROL_PERIOD
+    whole = round(duration / control_period) * control_period if held else 0.0
+    if not held or (plain and abs(whole - duration) > 1e-6):
+        raise refuse("DrillRig", "duration", repr(duration), "s", f"a multiple of {control_period:g}, {allowed}")
+    return float(duration) if abs(whole - duration) <= 1e-5 * control_period else float(whole)
 
 
 @dataclass(frozen=True)
@@ -51,7 +64,8 @@ class Task:
     """Everything that makes one environment differ from another; the arguments of every form of `DrillRig-v0`.
 
     Fields may be given in any way that the table of the environment names (a preset, a dictionary, a path) and are
-    kept as records. Raises `ValueError` for a value that is not allowed.
+    kept as records. What is not given is the rig's own: see `for_rig`. Raises `ValueError` for a value that is not
+    allowed.
     """
 
     rig: Rig = parameter(
@@ -60,7 +74,7 @@ class Task:
         allowed=Made(Rig.of, "a `Rig`, a dictionary of changes to the chapter's, or a TOML file"),
     )
     scenario: Scenario = parameter(
-        factory=Scenario,
+        "default",
         meaning="what an episode draws",
         allowed=Made(Scenario.named, '`"nominal"`, `"default"`, `"wide"`, or a `Scenario`'),
     )
@@ -83,12 +97,30 @@ class Task:
         none="by sensors",
     )
     reward: Reward = parameter(
-        factory=Reward,
+        None,
         meaning="weights and shape of the reward",
         allowed=Made(Reward.of, '`"phases"`, a `Reward`, or changes to the default'),
     )
     slew_limit: float = parameter(
-        SLEW_LIMIT, "rad/s^2", "largest rate of the speed reference", allowed=Allowed(0.0, 1e3, low_open=True)
+        None,
+        "rad/s^2",
+        "largest rate of the speed reference",
+        allowed=Made(float, f"> 0 and <= {_HIGHEST_SLEW_LIMIT:g}, by rig"),
+        none=f"{SLEW_LIMIT}, by rig",
+    )
+    largest_reference: float = parameter(
+        None,
+        "rad/s",
+        "upper end of the speed reference, the scale of all speeds",
+        allowed=POSITIVE,
+        none=f"{LARGEST_REFERENCE}, by rig",
+    )
+    control_period: float = parameter(
+        None,
+        "s",
+        "length of a control step",
+        allowed=Made(float, f"1/{_FASTEST} to 1/{_SLOWEST} of the rig's slowest period"),
+        none=f"{CONTROL_PERIOD}, by rig",
     )
     drive: Drive | None = parameter(
         None,
@@ -97,23 +129,65 @@ class Task:
         none="the rig's",
     )
     duration: float = parameter(
-        60.0,
+        None,
         "s",
         "length of an episode",
-        allowed=Made(_read_duration, f"a multiple of {CONTROL_PERIOD}, at most {LONGEST_EPISODE:g}"),
+        allowed=Made(float, f"a multiple of {CONTROL_PERIOD}, at most {LONGEST_EPISODE:g}, by rig"),
+        none=f"{DURATION}, by rig",
     )
 
     def __post_init__(self) -> None:
-        for item in fields(self):
-            value, meta = getattr(self, item.name), item.metadata
-            if value is None and meta["none"]:
-                continue
-            kind = meta["allowed"]
-            if isinstance(kind, Made):  # has sentences of its own
-                object.__setattr__(self, item.name, kind.read(value))
-            else:
-                object.__setattr__(self, item.name, checked("DrillRig", item.name, value, meta["unit"], kind))
+        self._read("rig")
+        self._read("largest_reference")
+        scales = Scales.of(self.rig, self.largest_reference)
+        self._take("largest_reference", LARGEST_REFERENCE * scales.speed)
+        rates = Allowed(0.0, _HIGHEST_SLEW_LIMIT * scales.rate, low_open=True)
+        self._take("slew_limit", SLEW_LIMIT * scales.rate, rates)
+        slowest = slowest_period(self.rig)
+        periods = Allowed((1.0 - _ROUNDING) * slowest / _FASTEST, (1.0 + _ROUNDING) * slowest / _SLOWEST)
+        self._take("control_period", CONTROL_PERIOD * scales.time, periods)
+        duration = DURATION * scales.duration if self.duration is None else self.duration
+        longest = LONGEST_EPISODE * scales.duration
+        object.__setattr__(self, "duration", _read_duration(duration, self.control_period, longest))
+        object.__setattr__(self, "scenario", Scenario.named(self.scenario, scales))
+        object.__setattr__(self, "sensors", Sensors.named(self.sensors).at(scales))
+        object.__setattr__(self, "reward", Reward.of(self.reward, scales.time))
+        for name in ("noise", "delay", "drive"):
+            self._read(name)
+        if not self.targets.holds(self.scenario.speed_target):
+            raise refuse("Scenario", "speed_target", self.scenario.speed_target, "rad/s", f"each {self.targets}")
         self.sensors.layout(self.noise)  # says what is wrong with the noise
+
+    def _read(self, name: str) -> None:
+        """Keep a field as its kind reads it; None stays where it stands for something."""
+        meta = self.__dataclass_fields__[name].metadata
+        value, kind = getattr(self, name), meta["allowed"]
+        if value is None and meta["none"]:
+            return
+        read = kind.read(value) if isinstance(kind, Made) else checked("DrillRig", name, value, meta["unit"], kind)
+        object.__setattr__(self, name, read)  # what is `Made` has sentences of its own
+
+    def _take(self, name: str, standard: float, allowed: Allowed = POSITIVE) -> None:
+        """Keep a number as it is given, or the rig's `standard` in its place."""
+        value, unit = getattr(self, name), self.__dataclass_fields__[name].metadata["unit"]
+        taken = standard if value is None else checked("DrillRig", name, value, unit, allowed)
+        object.__setattr__(self, name, taken)
+
+    @classmethod
+    def for_rig(cls, rig: RigLike = None, **given: Any) -> Task:
+        """The task that belongs to a rig: every number that is not `given` grows with the rig's scales.
+
+        Those numbers are control period, duration, largest speed reference and slew limit; targets, normal forces and
+        v_b that are drawn; offsets, scales and noise of the channels; time constants and windows; and below which
+        speed a bit stands. `drillrig_env.scales` has the rules. A rig does not tell at which speeds it is run: where
+        no `largest_reference` is given, it is such that the rig turns as far in a period as the chapter's. On the
+        chapter's rig all numbers are exactly those of the documentation.
+
+        >>> task = Task.for_rig(Rig(), largest_reference=20.0)
+        >>> task.slew_limit, task.scenario.speed_target, task.control_period
+        (4.0, (2.0, 10.0), 0.1)
+        """
+        return cls(rig=Rig.of(rig), **given)
 
     @classmethod
     def of(cls, task: TaskLike = None, **given: Any) -> Task:
@@ -144,7 +218,17 @@ class Task:
     @property
     def steps(self) -> int:
         """Control steps of an episode."""
-        return round(self.duration / CONTROL_PERIOD)
+        return round(self.duration / self.control_period)
+
+    @property
+    def scales(self) -> Scales:
+        """By what the rig's numbers grow beside the chapter's."""
+        return Scales.of(self.rig, self.largest_reference)
+
+    @property
+    def targets(self) -> Allowed:
+        """The speed targets (rad/s) that are allowed."""
+        return Allowed(LEAST_TARGET * self.scales.speed, self.largest_reference)
 
     @property
     def speed_loop(self) -> Drive:

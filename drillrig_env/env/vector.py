@@ -15,7 +15,6 @@ from gymnasium.vector.utils import batch_space
 
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import Observations
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.env.many import ManyRigs, check_actions
 from drillrig_env.env.scenario import options_of
 from drillrig_env.env.sensors import LIMIT
@@ -53,7 +52,7 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Observations, npt.NDA
         self.autoreset_mode = check_autoreset_mode(autoreset_mode)
         self.metadata = {
             "render_modes": ["rgb_array"],
-            "render_fps": round(1.0 / CONTROL_PERIOD),
+            "render_fps": self._frame_rate,
             "autoreset_mode": self.autoreset_mode,
         }
         self.single_action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)

@@ -67,7 +67,9 @@ def check_same(earlier: Mapping[str, Any], now: Mapping[str, Any], folder: Path,
 
     Suites and policies that only one of them has are no obstacle.
     """
-    for name in {**earlier, **now}:
+    for name in sorted(
+        {**earlier, **now}, key=lambda name: name in _KINDS
+    ):  # what suites and policies follow from first
         if name in _UNIQUE:
             continue
         before, after = earlier.get(name), now.get(name)

@@ -11,8 +11,17 @@ from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.markdown import listed
 from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 
-_SET_BY_SUITES = ("rig", "scenario", "duration", "reward", "slew_limit")
+_SET_BY_SUITES = (
+    "rig",
+    "scenario",
+    "duration",
+    "reward",
+    "slew_limit",
+    "largest_reference",
+    "control_period",
+)
 """Arguments of a training's environment that no contest takes over: suites set them, or leave the standard ones."""
 
 
@@ -21,13 +30,15 @@ class Conditions:
     """The environment whose sensors everyone sees, their noise and their delay, but where a suite sets these.
 
     `noise` is a factor on the noise of the channels, or one for each by name; `delay` is in control steps, a number
-    or the least and the most. `rig` is what all rigs of a suite share.
+    or the least and the most. `rig` is what all rigs of a suite share, and `largest_reference` (rad/s) the upper end of
+    their speed reference; None is the rig's own.
     """
 
     env_id: str
     noise: float | Mapping[str, float]
     delay: tuple[int, int]
     rig: Rig = field(default_factory=Rig)
+    largest_reference: float | None = None
 
     @classmethod
     def named(cls, conditions: str | Conditions) -> Conditions:
@@ -49,8 +60,15 @@ class Conditions:
     @property
     def arguments(self) -> dict[str, Any]:
         """The arguments of the environment."""
-        own = {} if self.rig == Rig() else {"rig": self.rig}
+        own: dict[str, Any] = {} if self.rig == Rig() else {"rig": self.rig}
+        if self.largest_reference is not None:
+            own["largest_reference"] = self.largest_reference
         return {"sensors": self.sensors.name, "noise": self.noise, "delay": self.delay, **own}
+
+    @property
+    def scales(self) -> Scales:
+        """The scales of the rig."""
+        return Scales.of(self.rig, self.largest_reference)
 
     def __str__(self) -> str:
         low, high = self.delay

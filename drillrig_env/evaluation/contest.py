@@ -155,5 +155,7 @@ def config_of(
     }
     if held.rig != Rig():
         config["rig"] = asdict(held.rig)
+    if held.largest_reference is not None:
+        config["largest_reference"] = held.largest_reference
     read_back: dict[str, Any] = json.loads(json.dumps(config))
     return read_back

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.evaluation.conditions import Conditions, conditions_for
 from drillrig_env.evaluation.contest import Contestant, Failure
 from drillrig_env.evaluation.suites import Suite
@@ -22,6 +22,7 @@ from drillrig_env.policy import (
     privileged_of,
 )
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.scales import SLEW_LIMIT
 
 
 def find_contestants(
@@ -30,11 +31,13 @@ def find_contestants(
     slow: bool = False,
     say: Callable[[str], object] = print,
     rig: RigLike = None,
+    largest_reference: float | None = None,
 ) -> tuple[list[Contestant], list[Failure], Conditions]:
     """The contestants of these names, or all that suit the environment; who cannot compete; and the conditions.
 
     The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`; `rig` is the
-    rig of the suites, as `Rig.of` takes it. Without names the contestants are all installed policies and the trained
+    rig of the suites, as `Rig.of` takes it, and `largest_reference` (rad/s) the upper end of its speed reference, None
+    its own. Without names the contestants are all installed policies and the trained
     agents of the clone. One that does not suit, or that is slow while `slow` is false, is then left out. `say` is
     called with a line that says why, and what differs from an agent's training. `UnknownPolicyError` for a name that
     is nothing.
@@ -45,7 +48,8 @@ def find_contestants(
         for label, source in sources.items()
         if names and source.about.get("kind") == "run"
     }
-    conditions = replace(conditions_for(trainings, env_id, say), rig=Rig.of(rig))
+    conditions = conditions_for(trainings, env_id, say)
+    conditions = replace(conditions, rig=Rig.of(rig), largest_reference=largest_reference)
     contestants = []
     for label, source in sources.items():
         try:
@@ -90,22 +94,23 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     label = label or source.name
     held = Conditions.named(conditions)
     shown = held.sensors
-    made = [source.make(seed, sensors=shown.name, rig=held.rig, slew_limit=SLEW_LIMIT) for seed in source.makers]
+    context = {"sensors": shown.name, "rig": held.rig, "largest_reference": held.largest_reference}
+    made = [source.make(seed, **context, slew_limit=SLEW_LIMIT * held.scales.rate) for seed in source.makers]
     sees = channels_of(made[0])
     if missing := [channel for channel in sees or () if channel not in shown.names]:
         raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show")
     env = held.arguments
     if sees is not None and sees != shown.names:
         env["sensors"] = sees
-    members = {seed: partial(_for_suite, source, seed, shown.name, held.rig) for seed in source.makers}
+    members = {seed: partial(_for_suite, source, seed, context) for seed in source.makers}
     about = dict(source.about)
     if about.get("kind") != "run":
         about["parameters"] = _parameters(made[0])
     return Contestant(label, members, env, privileged_of(made[0]), drive_of(made[0]), about)
 
 
-def _for_suite(source: PolicySource, seed: str, sensors: str, rig: Rig, suite: Suite) -> Policy:
-    return source.make(seed, sensors=sensors, rig=rig, slew_limit=suite.slew_limit)
+def _for_suite(source: PolicySource, seed: str, context: Mapping[str, Any], suite: Suite) -> Policy:
+    return source.make(seed, **context, slew_limit=suite.slew_limit)
 
 
 def _parameters(policy: Policy) -> Mapping[str, int | float | str]:

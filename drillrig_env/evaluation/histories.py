@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.results import Scores
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.evaluation.tables import best_first
+from drillrig_env.scales import CONTROL_PERIOD
 
 REGIONS = ("below", "bistable")
 TRACES = ("lowest", "highest", "average", "top_speed", "speed_reference", "torque_into_string")
@@ -79,6 +79,6 @@ def worth_showing(results: Mapping[str, Scores], kept: Iterable[str], most: int 
     return [first, *(name for name in best_first(results) if name in others)][:most]
 
 
-def times(history: History) -> npt.NDArray[np.float64]:
-    """The ends of a history's control steps, s."""
-    return np.arange(1, len(history["average"]) + 1, dtype=np.float64) * CONTROL_PERIOD
+def times(history: History, time_scale: float = 1.0) -> npt.NDArray[np.float64]:
+    """The ends of a history's control steps, s; `time_scale` is the rig's scale of times."""
+    return np.arange(1, len(history["average"]) + 1, dtype=np.float64) * (CONTROL_PERIOD * time_scale)

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.evaluation.suites import SUITES
+from drillrig_env.scales import Scales
 
 Scores = dict[str, npt.NDArray[Any]]
 """Columns of one policy in one suite by name, an entry an episode: first `seed` and `episode`, then scores."""
@@ -75,6 +76,11 @@ class Results:
         for suite, policy in keys:
             arranged.setdefault(suite, {})[policy] = self.scores[suite][policy]
         self.scores = arranged
+
+    @property
+    def scales(self) -> Scales:
+        """The scales of the rig that was run."""
+        return Scales.of(self.config.get("rig"), self.config.get("largest_reference"))
 
     @property
     def policies(self) -> list[str]:

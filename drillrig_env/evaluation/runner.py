@@ -13,6 +13,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.many import check_actions
+from drillrig_env.env.task import Task
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
@@ -33,7 +34,7 @@ class Episodes:
     reward. `friction` is that of the episode's end.
     """
 
-    rig: Rig
+    task: Task
     speed_target: FloatArray  # rad/s, (n,)
     friction: Friction
     start: npt.NDArray[np.str_]  # (n,)
@@ -46,6 +47,11 @@ class Episodes:
     speed_reference: FloatArray
     top_speed: FloatArray
     reward: FloatArray
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that all share."""
+        return self.task.rig
 
 
 def play(
@@ -119,4 +125,4 @@ def run(
         traces["top_speed"][:, step] = core.episodes["state"][:, STATE_NAMES.index("top_speed")]
         if progress:
             progress(step + 1, core.steps)
-    return Episodes(core.rig, core.episodes["speed_target"].copy(), core.friction, start, **traces)
+    return Episodes(core.task, core.episodes["speed_target"].copy(), core.friction, start, **traces)

@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.friction import Friction
 from drillrig_env.model import steady_state, torque_into_string
@@ -15,7 +14,7 @@ from drillrig_env.stability import critical_slope, critical_speed, fold_speed
 from drillrig_env.verdict import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
 
 TRAILING = 5.0
-"""Window of the trailing stick-slip index that "time to calm" looks at, s."""
+"""Window of the trailing stick-slip index that "time to calm" looks at, s on the chapter's rig."""
 
 SCORES = {
     "ssi": ("", "stick-slip index over the last 10 s"),
@@ -28,7 +27,7 @@ SCORES = {
     "cost": ("", "mean reward, negative"),
     "travel": ("rad/s", "integral of |d omega_ref|"),
 }
-"""Unit and meaning of every score."""
+"""Unit and meaning of every score; times and speeds are those of the chapter's rig."""
 
 REGIONS = ("below", "bistable", "above")
 """Where a target lies: below the critical speed, between it and the fold, above the fold."""
@@ -66,7 +65,8 @@ def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
     """Every score of SCORES, an entry an episode, after what describes the episode's rig at its end."""
     target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
     steady_torque = torque_into_string(rig, steady_state(rig, friction, target))
-    window = round(WINDOW / CONTROL_PERIOD)
+    scales, period = episodes.task.scales, episodes.task.control_period
+    window = round(WINDOW * scales.time / period)
     lowest = episodes.lowest[:, -window:].min(axis=1)
     highest = episodes.highest[:, -window:].max(axis=1)
     mean = episodes.average[:, -window:].mean(axis=1)
@@ -76,8 +76,8 @@ def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
         "start": episodes.start,
         **{name: described[name] for name in ("critical_speed", "fold", "region", "hardness")},
         "ssi": stick_slip_index(lowest, highest, mean),
-        "calm": is_calm(lowest, highest, mean),
-        "mitigated": is_mitigated(lowest, highest, mean, target),
+        "calm": is_calm(lowest, highest, mean, scales.speed),
+        "mitigated": is_mitigated(lowest, highest, mean, target, scales.speed),
         "time_to_calm": time_to_calm(episodes),
         "stuck": episodes.stuck.mean(axis=1),
         "peak_speed": episodes.highest.max(axis=1) / target,
@@ -108,7 +108,8 @@ def _fold(rig: Rig, friction: Friction) -> float:
 
 def time_to_calm(episodes: Episodes) -> FloatArray:
     """First time (s) after which the trailing stick-slip index stays below 0.1; the whole episode if never."""
-    width = round(TRAILING / CONTROL_PERIOD)
+    period = episodes.task.control_period
+    width = round(TRAILING * episodes.task.scales.time / period)
     steps = episodes.lowest.shape[1]
     windows = np.lib.stride_tricks.sliding_window_view
     index = stick_slip_index(
@@ -119,4 +120,4 @@ def time_to_calm(episodes: Episodes) -> FloatArray:
     shaking = index >= CALM_INDEX
     last = np.where(shaking.any(axis=1), shaking.shape[1] - np.argmax(shaking[:, ::-1], axis=1), 0)
     first_calm_step = np.where(last == shaking.shape[1], steps, last + width)
-    return np.asarray(first_calm_step * CONTROL_PERIOD)
+    return np.asarray(first_calm_step * period)

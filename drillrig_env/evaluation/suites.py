@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.env.kernel import SLEW_LIMIT
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.parameters import closest, refuse
+from drillrig_env.scales import SLEW_LIMIT, Scales
 from drillrig_env.seeds import EVALUATION_SEEDS
+
+_CHAPTER = Scales()
 
 STICKING: dict[str, Any] = {"start": "stick_slip", "load_steps": []}
 """The reset options of an episode from developed stick-slip at a constant normal force."""
@@ -22,7 +24,7 @@ class Suite:
     """Rigs to face. `groups` lists how many rigs share which reset options, in the rigs' order.
 
     `env` holds the arguments of the environment that the suite sets (noise, delay, slew limit); rig i
-    has the seed `first_seed` + i.
+    has the seed `first_seed` + i. `scales` are those of the rig that all share.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Suite:
     groups: tuple[tuple[int, dict[str, Any]], ...]
     env: Mapping[str, Any] = field(default_factory=dict)
     first_seed: int = EVALUATION_SEEDS.start
+    scales: Scales = field(default_factory=Scales)
 
     @property
     def rigs(self) -> int:
@@ -40,7 +43,7 @@ class Suite:
     @property
     def slew_limit(self) -> float:
         """Largest rate of the speed reference (rad/s^2): what the action 1 stands for."""
-        return float(self.env.get("slew_limit", SLEW_LIMIT))
+        return float(self.env.get("slew_limit", SLEW_LIMIT * self.scales.rate))
 
     def only(self, rig: int) -> Suite:
         """The suite that holds a single rig of this one, which faces the very same episode."""
@@ -70,48 +73,53 @@ class Suite:
         }
 
 
-def default_suite(rigs: int = 1000) -> Suite:
+def default_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     """Draws of the default scenario from developed stick-slip, with constant N_1: the headline."""
-    return Suite("default", "default draws, starts in stick-slip", Scenario.named("default"), _sticking(rigs))
+    scenario = Scenario.named("default", scales)
+    return Suite("default", "default draws, starts in stick-slip", scenario, _sticking(rigs), scales=scales)
 
 
-def chapter_suite(_rigs: int) -> Suite:
+def chapter_suite(_rigs: int, scales: Scales = _CHAPTER) -> Suite:
     """The chapter's own cases: 10 N and 20 N over 1 to 5 rad/s, and 25 N stepped on at 3.0 and 3.14 rad/s."""
-    targets = np.arange(10, 51, 2) / 10
+    time, speed, force = scales.time, scales.speed, scales.force
+    targets = np.arange(10, 51, 2) / 10 * speed
     sweeps = [
-        (len(targets), {"speed_target": targets, "normal_force": force, "start": "stick_slip", "load_steps": []})
-        for force in (10.0, 20.0)
+        (len(targets), {"speed_target": targets, "normal_force": load * force, "start": "stick_slip", "load_steps": []})
+        for load in (10.0, 20.0)
     ]
-    stepped = (
-        2,
-        {"speed_target": np.array([3.0, 3.14]), "normal_force": 0.0, "start": "steady", "load_steps": [(10.0, 25.0)]},
-    )
-    return Suite("chapter", "the chapter's own cases", Scenario.named("nominal"), (*sweeps, stepped))
+    put_on = [(10.0 * time, 25.0 * force)]
+    fast = np.array([3.0, 3.14]) * speed
+    stepped = (2, {"speed_target": fast, "normal_force": 0.0, "start": "steady", "load_steps": put_on})
+    scenario = Scenario.named("nominal", scales)
+    return Suite("chapter", "the chapter's own cases", scenario, (*sweeps, stepped), scales=scales)
 
 
-def wide_suite(rigs: int = 1000) -> Suite:
+def wide_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     """Draws of the wide scenario, most of them outside the training range; otherwise as `default`."""
-    return Suite("wide", "wide draws, starts in stick-slip", Scenario.named("wide"), _sticking(rigs))
+    scenario = Scenario.named("wide", scales)
+    return Suite("wide", "wide draws, starts in stick-slip", scenario, _sticking(rigs), scales=scales)
 
 
-def load_suite(rigs: int = 1000) -> Suite:
+def load_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     """Steady rotation at 5 to 15 N, stepped up to 15 to 30 N at 20 to 50 % of the episode: who keeps out?"""
     scenario = Scenario(normal_force=(5.0, 15.0), load_force=(15.0, 30.0), load_time=(0.2, 0.5), load_step=1.0)
-    return Suite("load", "steady starts, N_1 stepped up on the way", scenario, ((rigs, {"start": "steady"}),))
+    groups = ((rigs, {"start": "steady"}),)
+    return Suite("load", "steady starts, N_1 stepped up on the way", scenario.at(scales), groups, scales=scales)
 
 
-def degraded_suite(rigs: int = 1000) -> Suite:
+def degraded_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     """The rigs of `default` seen with twice the noise and 0.1 to 0.5 s late, at half the slew limit."""
     return Suite(
         "degraded",
         "default with noise, delay and half the slew",
-        Scenario.named("default"),
+        Scenario.named("default", scales),
         _sticking(rigs),
-        {"noise": 2.0, "delay": (1, 5), "slew_limit": 0.5 * SLEW_LIMIT},
+        {"noise": 2.0, "delay": (1, 5), "slew_limit": 0.5 * SLEW_LIMIT * scales.rate},
+        scales=scales,
     )
 
 
-SUITES: dict[str, Callable[[int], Suite]] = {
+SUITES: dict[str, Callable[[int, Scales], Suite]] = {
     "chapter": chapter_suite,
     "default": default_suite,
     "wide": wide_suite,
@@ -121,13 +129,16 @@ SUITES: dict[str, Callable[[int], Suite]] = {
 """Every suite by name, in the order of the results."""
 
 
-def suite(name: str, rigs: int = 1000) -> Suite:
-    """A suite by name; `rigs` counts for suites that are drawn. `ValueError` for an unknown name or rigs < 1."""
+def suite(name: str, rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
+    """A suite by name; `rigs` counts for suites that are drawn. `ValueError` for an unknown name or rigs < 1.
+
+    Its numbers are those of a rig with these `scales`.
+    """
     if name not in SUITES:
         raise ValueError(f"suite {name!r} is not known; {closest(name, SUITES)}")
     if rigs < 1:
         raise refuse(f"suite {name}", "rigs", rigs, "", ">= 1")
-    return SUITES[name](rigs)
+    return SUITES[name](rigs, scales)
 
 
 def _sticking(rigs: int) -> tuple[tuple[int, dict[str, Any]], ...]:

@@ -26,13 +26,13 @@ import numpy.typing as npt
 
 from drillrig_env.allowed import Made
 from drillrig_env.command_line import Parser, command
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.extras import missing
 from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_fields, add_rig_argument, given_fields
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter
 from drillrig_env.policy import make_policy
 from drillrig_env.rig import Rig
+from drillrig_env.scales import CONTROL_PERIOD
 
 _LONGEST = 120.0  # s
 _COLORS = 64

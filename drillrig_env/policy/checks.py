@@ -11,6 +11,7 @@ import numpy.typing as npt
 from drillrig_env.arrays import Actions, Observations
 from drillrig_env.policy.contract import Memory, Policy, channels_of, drive_of, privileged_of
 from drillrig_env.policy.finding import find_policy
+from drillrig_env.scales import Scales
 
 _RIGS, _STEPS, _CHANNELS = 6, 8, 12
 _ROUNDING = 1e-5
@@ -18,13 +19,14 @@ _ROUNDING = 1e-5
 
 _TOLD = {"normal_force": (5.0, 30.0), "mu_s": (0.45, 0.55), "mu_k": (0.28, 0.34), "v_b": (0.8, 1.2)}
 _OTHERS = (1.0, 4.0)
+"""What may be told, on the chapter's rig."""
 
 
 def check_policy(policy: Any, **context: Any) -> None:
     """Raise `ValueError` that says what a policy does against the contract; nothing where it keeps it.
 
     `policy` is whatever `find_policy` takes: a name, FILE.py:CLASS, a class, or a policy itself. `context` is
-    what it is made for: `sensors`, `rig`, `slew_limit`. On observations as they may come (8 steps of 6 rigs)
+    what it is made for, as `context_of` gives it of a task. On observations as they may come (8 steps of 6 rigs)
     it checks that actions have the right shape, are finite and within -1 and 1; that equal observations and
     states give equal actions, so that nothing is kept but in the state; that neither observations nor
     states are changed in place; that a rig's actions do not depend on its company; that an episode's start
@@ -33,21 +35,24 @@ def check_policy(policy: Any, **context: Any) -> None:
     >>> check_policy("lqg")
     """
     try:
-        _Trial(find_policy(policy).make(**context)).run()
+        scales = Scales.of(context.get("rig"), context.get("largest_reference"))
+        _Trial(find_policy(policy).make(**context), scales).run()
     except SystemExit as end:
         name = policy if isinstance(policy, str) else getattr(policy, "__name__", type(policy).__name__)
         raise ValueError(f"{name}: ends the whole program (SystemExit: {end}); allowed: an exception") from end
 
 
 class _Trial:
-    def __init__(self, policy: Policy) -> None:
+    def __init__(self, policy: Policy, scales: Scales) -> None:
         self.policy, self.name = policy, type(policy).__name__
         shown = channels_of(policy)
         random = np.random.default_rng(0)
         shape = (_STEPS, _RIGS, _CHANNELS if shown is None else len(shown))
         self.observations = (0.5 * random.standard_normal(shape)).astype(np.float32)
+        grown = {"normal_force": scales.force, "v_b": 1.0 / scales.speed}
         self.told = {
-            name: random.uniform(*_TOLD.get(name, _OTHERS), _RIGS).astype(float) for name in privileged_of(policy)
+            name: grown.get(name, 1.0) * random.uniform(*_TOLD.get(name, _OTHERS), _RIGS).astype(float)
+            for name in privileged_of(policy)
         }
         drive_of(policy)
 

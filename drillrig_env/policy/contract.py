@@ -8,7 +8,8 @@
 | `drive` | the `Drive` that it asks for | the rig's own drive |
 | `slow` | an episode takes minutes rather than seconds | it is quick |
 
-A class or function that makes policies gets, by keyword, those of `sensors`, `rig` and `slew_limit` that it names.
+A class or function that makes policies gets, by keyword, those of `sensors`, `rig`, `slew_limit`, `control_period` and
+`largest_reference` that it names: what belongs to the task that it acts in (see `drillrig_env.env.task.Task`).
 """
 
 from __future__ import annotations

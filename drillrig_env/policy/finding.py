@@ -55,7 +55,7 @@ class PolicySource:
         return any(getattr(maker, "slow", False) is True for maker in self.makers.values())
 
     def make(self, seed: str | None = None, **context: Any) -> Policy:
-        """The policy of a training seed (default: the first), made for the `sensors`, `rig` and `slew_limit` given.
+        """The policy of a training seed (default: the first), made for the `context` of a task; see `context_of`.
 
         The maker gets those that it names. `TypeError` where what it makes has no `predict`.
         """
@@ -104,7 +104,7 @@ def find_policy(policy: Any) -> PolicySource:
 
 
 def make_policy(policy: Any, **context: Any) -> Policy:
-    """A policy by name, FILE.py:CLASS, folder, class or object, made for `sensors`, `rig` and `slew_limit`.
+    """A policy by name, FILE.py:CLASS, folder, class or object, made for the `context` of a task; see `context_of`.
 
     >>> make_policy("lqg", sensors="state").slow
     False
@@ -126,10 +126,16 @@ def load(policy: Any, env: Any = None) -> Policy:
     if env is None:
         return make_policy(policy)
     task = env.unwrapped.task
-    made = make_policy(policy, sensors=task.sensors.names, rig=task.rig, slew_limit=task.slew_limit)
+    made = make_policy(policy, **context_of(task))
     if isinstance(made, AtHome):
         made.check_env(env)
     return made
+
+
+def context_of(task: Any) -> dict[str, Any]:
+    """What a policy is made for, by keyword, from the task that it is to act in."""
+    names = ("rig", "slew_limit", "control_period", "largest_reference")
+    return {"sensors": task.sensors.names, **{name: getattr(task, name) for name in names}}
 
 
 def load_class(file: Path, name: str) -> type:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from math import isclose
 from typing import Any
 
 import gymnasium as gym
@@ -58,7 +59,7 @@ class AtHome(ABC):
         own, theirs = drive_of(self) or Drive.of_rig(wanted.rig), found.drive or Drive.of_rig(found.rig)
         if wanted.rig == found.rig and own != theirs:
             raise refuse(name, "the environment's drive", theirs.as_dict(), "", f"{own.as_dict()}, {remedy}")
-        if found.slew_limit != wanted.slew_limit:
+        if not isclose(found.slew_limit / found.task.scales.rate, wanted.slew_limit / wanted.scales.rate, rel_tol=1e-9):
             raise refuse(
                 name, "the environment's slew_limit", found.slew_limit, "rad/s^2", f"{wanted.slew_limit:g}, {remedy}"
             )

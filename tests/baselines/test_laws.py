@@ -267,7 +267,7 @@ def test_who_is_told_of_no_delay_reckons_with_none():
 def test_plans_with_a_name_start_and_end_where_they_say():
     """Knots lie 0.2 s apart."""
     times = 0.2 * np.arange(KNOTS)
-    plans = _named(np.array([[[0.4]]]), np.array([2.0]))[0]
+    plans = _named(np.array([[[0.4]]]), np.array([2.0]), 0.1)[0]
     assert plans.shape == (2 + 1 + 4 + 16, KNOTS)
     np.testing.assert_array_equal(plans[0], 0.0)
     np.testing.assert_allclose(np.exp(plans[1]), 0.8)
@@ -277,7 +277,7 @@ def test_plans_with_a_name_start_and_end_where_they_say():
     np.testing.assert_allclose(np.exp(plans[7::4, 0]) * 2.0, [4.0, 6.0, 8.0, 10.0])
     for jump, (dwell, down) in zip(plans[7:11], ((1.0, 3.0), (1.0, 6.0), (3.0, 3.0), (3.0, 6.0)), strict=True):
         np.testing.assert_allclose(jump, np.log(2.0) * np.clip((dwell + down - times) / down, 0.0, 1.0))
-    assert _named(np.array([[[0.0]]]), np.array([5.0]))[0][7].max() == 0.0  # no jump to below the target
+    assert _named(np.array([[[0.0]]]), np.array([5.0]), 0.1)[0][7].max() == 0.0  # no jump to below the target
 
 
 def test_perturbations_are_correlated_from_knot_to_knot_and_of_their_deviations_in_turn():

@@ -8,6 +8,7 @@ from scipy.linalg import solve_discrete_are
 from baselines.set_point_feedback import SIZE, SetPointFeedback, _sampled, wanted_change
 from drillrig_env import Friction, Rig
 from drillrig_env.model import state_equations, steady_state
+from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stability import critical_slope
 
 RIG, EFFORT = Rig(), 3.0
@@ -20,7 +21,7 @@ def of_slope(slope):
 
 
 def exact_gain(slope):
-    transition, by_change = _sampled(RIG, slope)
+    transition, by_change = _sampled(RIG, slope, CONTROL_PERIOD)
     cost = 1e-6 * np.eye(SIZE)
     cost[2, 2] = 1.0
     price = solve_discrete_are(transition, by_change, cost, np.array([[EFFORT]]))
@@ -68,7 +69,7 @@ def test_shapes_of_set_points_and_frictions_broadcast():
 def test_holds_rotation_that_the_bare_drive_cannot(share):
     """The sampled rig with the feedback is stable, at 4 and 40 times the slope where the bare drive gives in."""
     slope = share * critical_slope(RIG)
-    transition, by_change = _sampled(RIG, slope)
+    transition, by_change = _sampled(RIG, slope, CONTROL_PERIOD)
     gain = FEEDBACK.at(of_slope(slope), np.array([2.0]))[0, :SIZE]
     closed = np.abs(np.linalg.eigvals(transition - by_change @ gain[None]))
     bare = np.abs(np.linalg.eigvals(transition[:7, :7]))
@@ -86,6 +87,6 @@ def test_sampled_model_is_the_rig_over_a_control_step():
         return np.subtract(moved, base)
 
     end = solve_ivp(rates, (0.0, 0.1), z[:7], method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
-    transition, by_change = _sampled(RIG, slope)
+    transition, by_change = _sampled(RIG, slope, CONTROL_PERIOD)
     np.testing.assert_allclose((transition @ z + by_change[:, 0] * change)[:7], end, atol=1e-8)
     assert (transition @ z + by_change[:, 0] * change)[7] == pytest.approx(z[7] + change)

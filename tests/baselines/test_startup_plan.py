@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from baselines.startup_plan import _STEP, Haste, _acceleration, _rate_of_lag, _speed_reference, _wind_up, startup_plan
+from baselines.startup_plan import Haste, _acceleration, _rate_of_lag, _speed_reference, _wind_up, startup_plan
 from drillrig_env import Rig
 
+_STEP = 0.1 / 50  # fine samples of a plan, s
 HASTE = Haste(acceleration=1.4, build_up=1.0)
 CONTACT = (15.0, 0.5, 0.306, 1.0)
 STATIC = 15.0 * 0.0485 * 0.5
@@ -13,7 +14,7 @@ STATIC = 15.0 * 0.0485 * 0.5
 
 @pytest.mark.parametrize(("begin", "end", "first", "last"), [(0.1, 0.4, 0.05, 0.3), (0.0, 0.36, 0.0, 0.063)])
 def test_wind_up_begins_and_ends_at_its_torques_with_its_rates(begin, end, first, last):
-    torque = _wind_up(begin, end, first, last)
+    torque = _wind_up(begin, end, first, last, _STEP)
     assert torque[0] == pytest.approx(begin)
     assert torque[-1] == pytest.approx(end, abs=2 * last * _STEP + 1e-4)
     rates = np.diff(torque) / _STEP
@@ -23,13 +24,13 @@ def test_wind_up_begins_and_ends_at_its_torques_with_its_rates(begin, end, first
 
 
 def test_a_string_that_is_nearly_wound_up_still_takes_half_a_second():
-    assert len(_wind_up(0.36, 0.3601, 0.3, 0.3)) * _STEP == pytest.approx(0.5, abs=2 * _STEP)
+    assert len(_wind_up(0.36, 0.3601, 0.3, 0.3, _STEP)) * _STEP == pytest.approx(0.5, abs=2 * _STEP)
 
 
 @pytest.mark.parametrize(("speed", "peak"), [(4.0, 1.4), (0.5, 0.5 / (2.0 / np.pi + 0.5))])
 def test_acceleration_brings_the_bit_to_its_speed_within_its_limit(speed, peak):
     """From nothing and back to nothing; a slow goal is reached with less than is allowed."""
-    found = _acceleration(speed, HASTE)
+    found = _acceleration(speed, HASTE, _STEP)
     assert found.sum() * _STEP == pytest.approx(speed, rel=1e-4)
     assert found.max() == pytest.approx(peak, rel=1e-4)
     assert found.min() >= 0.0
@@ -43,13 +44,13 @@ def test_acceleration_brings_the_bit_to_its_speed_within_its_limit(speed, peak):
 def test_rate_of_a_lag_on_a_ramp_is_the_closed_form(time_constant, accuracy):
     """x' of tau x' + x = s t from x'(0) = f: s + (f - s) exp(-t / tau)."""
     t = _STEP * np.arange(2000)
-    found = _rate_of_lag(0.7 + 0.3 * t, time_constant, first=-0.1)
+    found = _rate_of_lag(0.7 + 0.3 * t, time_constant, first=-0.1, step=_STEP)
     np.testing.assert_allclose(found, 0.3 - 0.4 * np.exp(-t / time_constant), atol=accuracy)
 
 
 def test_rate_of_a_lag_too_short_to_be_seen_is_that_of_its_aim():
     t = _STEP * np.arange(200)
-    np.testing.assert_allclose(_rate_of_lag(np.sin(t), 1e-4, 5.0), np.cos(t), atol=0.01)
+    np.testing.assert_allclose(_rate_of_lag(np.sin(t), 1e-4, 5.0, _STEP), np.cos(t), atol=0.01)
 
 
 def test_plan_has_an_entry_a_control_step_and_sticks_until_it_is_wound_up():
@@ -90,7 +91,7 @@ def test_a_winding_string_is_taken_over_as_it_moves():
 def test_a_string_that_is_wound_up_evenly_takes_the_reference_of_the_closed_form(rig, rise):
     """The top turns ahead of the bit by the rates of both twists; the lag of the speed loop begins at omega_ref = 0."""
     t = _STEP * np.arange(1500)
-    found = _speed_reference(rig, np.full(len(t), 0.5), 0.1 + rise * t)
+    found = _speed_reference(rig, np.full(len(t), 0.5), 0.1 + rise * t, _STEP)
     top_speed = 0.5 + rise / rig.k_1 + rise / rig.k_2
     integrator_rate = rig.R / (rig.eta * rig.K_T) * rise / rig.k_i
     expected = (top_speed + integrator_rate) * (1.0 - np.exp(-t * rig.k_i / rig.k_p))
@@ -101,5 +102,5 @@ def test_a_start_from_omega_ref_0_begins_with_what_the_inertia_of_the_drive_take
     """A stiff string turns the drive as the bit is turned; its acceleration takes a voltage that only k_p can give."""
     rig = Rig(k_1=1e6, k_2=1e6, k_p=2.0)
     t = _STEP * np.arange(500)
-    first = _speed_reference(rig, 0.5 + 0.8 * t, np.full(len(t), 0.2))[0]
+    first = _speed_reference(rig, 0.5 + 0.8 * t, np.full(len(t), 0.2), _STEP)[0]
     assert first == pytest.approx(rig.R / (rig.eta * rig.K_T) * rig.J_3 * 0.8 / rig.k_p, rel=1e-6)

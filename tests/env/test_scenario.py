@@ -4,6 +4,7 @@ import pytest
 from drillrig_env import Friction, Rig, Scenario
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.scenario import PRESETS, STARTS, UNIFORMS, check_pins
+from drillrig_env.env.task import Task
 
 UNIFORM = np.random.default_rng(5).random((4000, UNIFORMS))
 
@@ -90,7 +91,7 @@ def test_one_pinned_coefficient_keeps_the_other_possible(pins):
 )
 def test_impossible_options_are_named(options, words):
     with pytest.raises(ValueError, match="reset options") as caught:
-        check_pins(options, 3, 60.0)
+        check_pins(options, 3, 60.0, Task().targets)
     for word in words:
         assert word in str(caught.value)
 

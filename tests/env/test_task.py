@@ -139,7 +139,7 @@ def argument_table():
     rows = []
     for item in fields(Task):
         meta, default = item.metadata, default_of(item)
-        value = meta["none"] if default is None else shown.get(item.name, f"`{default}`")
+        value = shown.get(item.name) or (meta["none"] if default is None else f"`{default}`")
         rows.append((f"`{item.name}`", value, meta["unit"], meta["meaning"], meta["allowed"]))
     return table(["Name", "Default", "Unit", "Meaning", "Allowed"], rows, words=5)
 

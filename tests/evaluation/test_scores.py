@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env import Friction, Rig
+from drillrig_env import Friction, Rig, Task
 from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.scores import SCORES, folds, score
 from drillrig_env.evaluation.suites import suite
@@ -14,7 +14,7 @@ from drillrig_env.verdict import stick_slip_index
 def episode(lowest, highest, average, target=2.0, **changes):
     steps = len(lowest)
     values = {
-        "rig": Rig(),
+        "task": Task(),
         "speed_target": np.array([target]),
         "friction": Friction(np.array([20.0]), np.array([0.5]), np.array([0.306]), np.array([1.0])),
         "start": np.array(["stick_slip"]),
@@ -108,7 +108,7 @@ def test_shares_and_costs_are_those_of_the_whole_episode():
 
 
 def test_steady_torque_of_the_peak_carries_the_collars_too():
-    result = scored(*CALM, rig=Rig(T_r2=0.1))
+    result = scored(*CALM, task=Task(rig=Rig(T_r2=0.1)))
     assert result["peak_torque"] == pytest.approx(1.0 / (Friction(20.0).torque(Rig(), 2.0) + 0.1))
 
 

@@ -43,7 +43,7 @@ def test_every_baseline_is_found_by_its_name(name):
 
 
 def test_a_policy_is_made_for_the_sensors_rig_and_slew_limit():
-    rig = Rig(J_1=0.03)
+    rig = Rig(k_p=2.5)
     made = make_policy("z_torque", sensors="surface", rig=rig, slew_limit=1.5)
     assert (made.sensors.name, made.rig, made.slew_limit) == ("surface", rig, 1.5)
     agent = make_policy("ppo", sensors="state", rig=rig, slew_limit=1.0)

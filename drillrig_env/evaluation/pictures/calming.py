@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from drillrig_env.env.kernel import CONTROL_PERIOD
 from drillrig_env.evaluation.pictures.naming import COLORS, DASHES, suite_words
 from drillrig_env.evaluation.results import MARKS, Results, label
+from drillrig_env.evaluation.scores import TRAILING
 from drillrig_env.evaluation.tables import best_first
 from drillrig_env.plots.style import Picture, new_figure
+from drillrig_env.scales import CONTROL_PERIOD
 
 _LINE = 0.046  # share of the axis from one label to the next
 
@@ -17,13 +18,14 @@ _LINE = 0.046  # share of the axis from one label to the next
 def plot_calming(results: Results, suite: str) -> Picture:
     """The share of rigs that are calm from a time on and stay so, over that time; a line a policy."""
     scores = results.scores[suite]
+    scales = results.scales
     duration = max(float(one["time_to_calm"].max()) for one in scores.values())
     figure = new_figure(3.6)
     panel = figure.subplots()
     ends = {}
     for number, policy in enumerate(best_first(scores)):
         times = np.sort(scores[policy]["time_to_calm"])
-        calm = times[times < duration - 0.5 * CONTROL_PERIOD]
+        calm = times[times < duration - 0.5 * CONTROL_PERIOD * scales.time]
         share = np.arange(len(calm) + 1) / len(times)
         color, dashes = COLORS[number % len(COLORS)], DASHES[number // len(COLORS) % len(DASHES)]
         panel.step([0.0, *calm, duration], [*share, share[-1]], where="post", color=color, ls=dashes, lw=1.5)
@@ -33,10 +35,11 @@ def plot_calming(results: Results, suite: str) -> Picture:
     panel.set_xlabel("time from the start of the episode, s")
     panel.set_ylabel("share of rigs that are calm from then on")
     _label_ends(panel, {label(policy, results.marks): end for policy, end in ends.items()}, duration)
+    trailing = f"{TRAILING * scales.time:.3g} s"
     caption = (
         f"How fast rigs calm down, {suite_words(results, suite)}. A rig is calm from the time after which its "
-        "stick-slip index over the trailing 5 s stays below 0.1, which takes 5 s at least, at whatever mean speed. "
-        f"A line ends at the share that is calm at last. {MARKS}."
+        f"stick-slip index over the trailing {trailing} stays below 0.1, which takes {trailing} at least, at whatever "
+        f"mean speed. A line ends at the share that is calm at last. {MARKS}."
     )
     return Picture(figure, caption)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from drillrig_env.evaluation.histories import Histories, History, times, typical_rigs, worth_showing
 from drillrig_env.evaluation.results import MARKS, Results, label
@@ -25,15 +26,16 @@ def plot_histories(
     chosen = policies or worth_showing(scores, kept)
     rig = typical_rigs(scores[first])[region]
     target, omega_c, fold = (float(scores[first][name][rig]) for name in ("speed_target", "critical_speed", "fold"))
+    scales = results.scales
     figure = new_figure(3.5)
     panels = figure.subplots(2, len(chosen), sharex=True, sharey="row", squeeze=False, height_ratios=(1.7, 1.0))
     for column, policy in enumerate(chosen):
-        _speeds(panels[0, column], kept[policy], target, omega_c)
+        _speeds(panels[0, column], kept[policy], target, omega_c, scales.time)
         panels[0, column].set_title(label(policy, results.marks))
-        panels[1, column].plot(times(kept[policy]), kept[policy]["torque_into_string"], color=PURPLE)
+        panels[1, column].plot(times(kept[policy], scales.time), kept[policy]["torque_into_string"], color=PURPLE)
         panels[1, column].set_xlabel(TIME)
-        panels[1, column].set_xticks([0, 20, 40, 60])
-    panels[0, 0].set_ylim(-0.3, 1.05 * max(float(kept[policy]["highest"].max()) for policy in chosen))
+        panels[1, column].xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+    panels[0, 0].set_ylim(-0.3 * scales.speed, 1.05 * max(float(kept[policy]["highest"].max()) for policy in chosen))
     panels[0, 0].set_ylabel("speed, rad/s")
     panels[1, 0].set_ylabel("string torque, N m")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
@@ -47,8 +49,8 @@ def plot_histories(
     return Picture(figure, caption)
 
 
-def _speeds(panel: Axes, history: History, target: float, omega_c: float) -> None:
-    time = times(history)
+def _speeds(panel: Axes, history: History, target: float, omega_c: float, time_scale: float) -> None:
+    time = times(history, time_scale)
     panel.fill_between(time, history["lowest"], history["highest"], color=BLUE, alpha=0.35, lw=0.0)
     panel.plot(time, history["average"], color=BLUE, lw=0.9, label="bit speed")
     panel.plot(time, history["speed_reference"], color=VERMILLION, lw=1.3, label=r"speed reference $\omega_{ref}$")

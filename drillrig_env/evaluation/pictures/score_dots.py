@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from drillrig_env.evaluation.pictures.naming import suite_words
 from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Row, best_first, estimates
 from drillrig_env.plots.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
+from drillrig_env.scales import DURATION
+from drillrig_env.verdict import WINDOW
 
 _REGIONS = (("below ω_c", VERMILLION, "s"), ("bistable", BLUE, "o"), ("above", GREEN, "^"))
 _LABELS = {"below ω_c": r"below $\omega_c$", "bistable": "bistable", "above": "above the fold"}
@@ -37,9 +39,10 @@ def plot_scores(results: Results, suite: str) -> Picture:
         panel.set_xlim(-0.04, 1.04)
         panel.set_xticks([0.0, 0.5, 1.0], ["0", "0.5", "1"])
         panel.set_xlabel("share of rigs")
-    panels[2].set_xlim(-2.0, 62.0)
-    panels[2].set_xticks([0, 20, 40, 60])
-    panels[2].set_xlabel("median, s; 60: never")
+    longest = DURATION * results.scales.duration
+    panels[2].set_xlim(-longest / 30.0, longest * 31.0 / 30.0)
+    panels[2].xaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))
+    panels[2].set_xlabel(f"median, s; {longest:.3g}: never")
     panels[3].set_xscale("log")
     panels[3].xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
     panels[3].xaxis.set_major_formatter("{x:g}")
@@ -50,8 +53,9 @@ def plot_scores(results: Results, suite: str) -> Picture:
     figure.legend(*panels[1].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     caption = (
         f"Scores of every policy, {suite_words(results, suite)}; bars: intervals at 95\N{NO-BREAK SPACE}%. Mitigated: "
-        "the last 10 s are calm and within 5\N{NO-BREAK SPACE}% of the target speed. Below the critical speed ω_c "
-        "steady rotation is unstable; from there to the fold both it and stick-slip are stable (bistable). "
+        f"the last {WINDOW * results.scales.time:.3g} s are calm and within 5\N{NO-BREAK SPACE}% of the target speed. "
+        "Below the critical speed ω_c steady rotation is unstable; from there to the fold both it and stick-slip are "
+        "stable (bistable). "
         f"{MARKS}."
     )
     return Picture(figure, caption)

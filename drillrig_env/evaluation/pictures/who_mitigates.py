@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -9,9 +11,8 @@ from drillrig_env.evaluation.pictures.naming import suite_words
 from drillrig_env.evaluation.results import MARKS, Results, label
 from drillrig_env.evaluation.scores import folds
 from drillrig_env.evaluation.tables import Scores, best_first
-from drillrig_env.friction import Friction
 from drillrig_env.plots.style import BLUE, DARK, GREEN, VERMILLION, Picture, new_figure
-from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 from drillrig_env.stability import critical_speed
 
 _COLUMNS = 3
@@ -31,7 +32,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     figure = new_figure(0.7 + 2.0 * lines)
     panels = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for panel, policy in zip(panels.flat, policies, strict=False):
-        _outcomes(panel, scores[policy], Rig.of(results.config.get("rig")))
+        _outcomes(panel, scores[policy], results.scales)
         panel.set_title(f"{label(policy, results.marks)}: {scores[policy]['mitigated'].mean():.1%}")
     for panel in panels.flat[len(policies) :]:
         panel.set_visible(False)
@@ -50,7 +51,7 @@ def plot_map(results: Results, suite: str) -> Picture:
     return Picture(figure, caption)
 
 
-def _outcomes(panel: Axes, scores: Scores, rig: Rig) -> None:
+def _outcomes(panel: Axes, scores: Scores, scales: Scales) -> None:
     """The rigs of one policy (of its first training seed), and the two lines of the physics."""
     first = scores["seed"] == scores["seed"][0]
     target, force = scores["speed_target"][first], scores["normal_force"][first]
@@ -60,9 +61,10 @@ def _outcomes(panel: Axes, scores: Scores, rig: Rig) -> None:
         panel.plot(
             target[chosen], force[chosen], marker, color=color, ms=large * size * 0.6, mew=0.6, label=name, alpha=0.85
         )
-    forces = np.linspace(max(float(force.min()), 1.0), float(force.max()), 200)
-    friction = Friction(forces)
+    rig = scales.rig
+    forces = np.linspace(max(float(force.min()), scales.force), float(force.max()), 200)
+    friction = replace(scales.friction, normal_force=forces)
     panel.plot(critical_speed(rig, friction), forces, color=DARK, lw=1.2, label=r"critical speed $\omega_c$")
     panel.plot(folds(rig, friction), forces, color=DARK, lw=1.2, ls=(0, (4, 2)), label="fold")
-    panel.set_xlim(float(target.min()) - 0.1, float(target.max()) + 0.1)
-    panel.set_ylim(float(force.min()) - 0.6, float(force.max()) + 0.6)
+    panel.set_xlim(float(target.min()) - 0.1 * scales.speed, float(target.max()) + 0.1 * scales.speed)
+    panel.set_ylim(float(force.min()) - 0.6 * scales.force, float(force.max()) + 0.6 * scales.force)

@@ -1,0 +1,56 @@
+"""Rigs of other sizes that the tests share: the chapter's, slower, stronger and turning further; and a field string."""
+
+from dataclasses import replace
+
+from drillrig_env import Rig
+
+FIELD = Rig(
+    J_1=182.6,
+    J_2=107.2,
+    J_3=2954.0,
+    k_1=819.0,
+    k_2=819.0,
+    d_1=20.0,
+    d_2=20.0,
+    eta=1.0,
+    r_1=1.0,
+    L=0.01,
+    R=1.0,
+    K_T=1.0,
+    K_E=0.0,
+    C_m=0.0,
+    T_f=0.0,
+    k_p=38e3,
+    k_i=100e3,
+)
+"""A string of 2.5 km as three matched lumps, in units of its top drive's torque."""
+
+
+def scaled(time=1.0, torque=1.0, angle=1.0, rig=None):
+    """A rig with time running so many times slower, torques so many times larger, and angles so many times wider."""
+    rig = rig or Rig()
+    inertia, damping, stiffness = torque * time**2 / angle, torque * time / angle, torque / angle
+    return replace(
+        rig,
+        J_1=rig.J_1 * inertia,
+        J_2=rig.J_2 * inertia,
+        J_3=rig.J_3 * inertia,
+        k_1=rig.k_1 * stiffness,
+        k_2=rig.k_2 * stiffness,
+        d_1=rig.d_1 * damping,
+        d_2=rig.d_2 * damping,
+        omega_s=rig.omega_s * angle / time,
+        T_r2=rig.T_r2 * torque,
+        r_1=rig.r_1 * torque,
+        L=rig.L * time,
+        K_T=rig.K_T * torque,
+        K_E=rig.K_E * time / angle,
+        C_m=rig.C_m * damping,
+        T_f=rig.T_f * torque,
+        k_p=rig.k_p * time / angle,
+        k_i=rig.k_i / angle,
+    )
+
+
+FAST = scaled(time=1.0 / 6.5)
+"""A laboratory rig with a period of 0.36 s, for speeds of 20 rad/s."""
