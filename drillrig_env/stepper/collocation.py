@@ -14,7 +14,7 @@ from drillrig_env.friction import CONTACT
 from drillrig_env.friction.law import torque_in_zone
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
-from drillrig_env.stepper.exponentials import NODES, POWERS_FROM_NODES, RADAU_NODES
+from drillrig_env.stepper.exponentials import BETWEEN, NODES, POWERS_FROM_NODES, RADAU_NODES
 from drillrig_env.stepper.tables import SAMPLES, STATE
 
 _NEWTON_LIMIT = 8
@@ -22,13 +22,16 @@ _NEWTON_LIMIT = 8
 _FARTHEST = 1.0
 """Newton's last step, in falls of the friction to 1/e, from which the slope still tells the error."""
 
-_USUAL_FALLS = 6.0
-"""How often the friction may fall to 1/e within a step before its polynomial is no good measure of its own error."""
+_PER_FALL = 1.0 / 6.0
+"""How errors weigh more where friction falls further than to 1/e^6 within a step: its polynomial tells them less."""
 
 _ROUNDING = 64.0 * 2.0**-52
 
 _CROSSING_TOLERANCE = 1e-9
 """Newton's last step in search of a crossing, as a share of the step."""
+
+_BETWEEN_FROM_NODES = np.vander(BETWEEN, NODES, increasing=True) @ POWERS_FROM_NODES
+"""The cubic through the node values, between the nodes."""
 
 _POWERS_OF_RATES = POWERS_FROM_NODES / RADAU_NODES
 """Coefficients of the cubic through (value at a node - value at the start) / time of the node."""
@@ -42,6 +45,7 @@ WORKSPACE = np.dtype(
         ("slope", "f8", NODES),
         ("powers", "f8", NODES),
         ("cubic", "f8", NODES),
+        ("between", "f8", NODES),
         ("reduced", "f8", (6, 7)),  # a linear system of the 6 states but for the bit speed
         ("state", "f8", STATE),
         ("term", "f8", STATE),
@@ -95,9 +99,9 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: 
         work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
         change, largest = _newton_step(table, work)
+        near = 0.5 * contact.v_b * change * work.caution < table.newton_tolerance
         # Far from where the law was linearised its slope there tells nothing: where friction had long fallen, it was 0.
-        told = contact.v_b * largest < _FARTHEST
-        if zone == 0 or (told and 0.5 * contact.v_b * change * work.caution < table.newton_tolerance):
+        if zone == 0 or (near and contact.v_b * largest < _FARTHEST):
             return _reach(y, start, torque, zone, contact, table, work)
         for j in range(NODES):
             if not table.fine and zone * work.speed[j] < omega_s - table.clearly_beyond:
@@ -157,21 +161,50 @@ def _reach(
     for j in range(1, NODES):
         lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
         defect -= POWERS_FROM_NODES[0, j] * work.torque[j]
-    allowed = table.largest_defect / work.caution
+    weight = work.caution
     if zone != 0:
-        allowed /= max(1.0, contact.v_b * (max(highest, start) - min(lowest, start)) / _USUAL_FALLS)
-    rough = not abs(defect) <= allowed
-    if rough and abs(defect) <= allowed + _rounding(y, zone, contact, table, work):
+        weight *= max(1.0, _PER_FALL * contact.v_b * (max(highest, start) - min(lowest, start)))
+    rough = not abs(defect) * weight <= table.largest_defect
+    if rough and abs(defect) <= table.largest_defect / weight + _rounding(y, contact, table, work):
         rough = False
     if table.fine and rough:
         return 0.0
+    watched = table.watched or (zone != 0 and work.caution > 1.0)
     nearest = lowest if zone == 1 else -highest
     if (zone != 0 and nearest < omega_s) or (zone == 0 and max(highest, -lowest) >= omega_s):
-        return _crossing(start, zone, omega_s, table, work)
+        share = _crossing(start, zone, omega_s, table, work)
+        return 0.0 if watched and table.fine and not _follows(y, zone, contact, table, work, weight, share) else share
     if zone * (work.speed[0] - start) < 0.0:
         # Slowing down: the speed may dip between two nodes by a fraction of its range.
         rough |= nearest - (max(highest, start) - min(lowest, start)) / 8.0 < omega_s
+    rough |= watched and not rough and not _follows(y, zone, contact, table, work, weight, 1.0)
     return 0.0 if rough else 1.0
+
+
+@compiled
+def _follows(
+    y: FloatArray, zone: int, contact: Record, table: Record, work: Record, weight: float, share: float
+) -> bool:
+    """Whether the cubic follows T_r1 between the nodes too, up to a `share` of the step; `weight` counts its errors.
+
+    The start alone may show no defect by chance, and none of a rise within a dip of the speed.
+    """
+    A, b, T, speeds = table.between_from_state, table.between_from_torque, work.torque, work.between
+    linear = contact.speed_reference + y[0] * row(A, 0, NODES) + y[1] * row(A, 1, NODES) + y[2] * row(A, 2, NODES)
+    linear = linear + y[3] * row(A, 3, NODES) + y[4] * row(A, 4, NODES) + y[5] * row(A, 5, NODES)
+    linear = linear + y[6] * row(A, 6, NODES) + T[0] * row(b, 0, NODES) + T[1] * row(b, 1, NODES)
+    store(speeds, 0, linear + T[2] * row(b, 2, NODES) + T[3] * row(b, 3, NODES))
+    allowed = table.largest_defect / weight + _rounding(y, contact, table, work)
+    for i in range(NODES):
+        if BETWEEN[i] < share:
+            torque, _ = torque_in_zone(zone, speeds[i], contact)
+            cubic = 0.0
+            for j in range(NODES):
+                cubic += _BETWEEN_FROM_NODES[i, j] * T[j]
+            inside = zone * speeds[i] >= contact.omega_s if zone != 0 else abs(speeds[i]) < contact.omega_s
+            if not (inside and abs(torque - cubic) <= allowed):
+                return False
+    return True
 
 
 @compiled
@@ -184,12 +217,10 @@ def rounding_of_speed(y: FloatArray, contact: Record, table: Record) -> float:
 
 
 @compiled
-def _rounding(y: FloatArray, zone: int, contact: Record, table: Record, work: Record) -> float:
-    """What rounding makes of T_r1 (N m): in the stick zone it is so steep that it shows that of x_3."""
-    own: float = _ROUNDING * abs(work.torque[0])
-    if zone == 0:
-        own += work.slope[0] * rounding_of_speed(y, contact, table)
-    return own
+def _rounding(y: FloatArray, contact: Record, table: Record, work: Record) -> float:
+    """What rounding makes of T_r1 (N m), which is so steep, in the stick zone above all, that it shows that of x_3."""
+    noise: float = _ROUNDING * abs(work.torque[0]) + abs(work.slope[0]) * rounding_of_speed(y, contact, table)
+    return noise
 
 
 @compiled

@@ -33,6 +33,9 @@ RADAU_NODES = _radau_nodes(NODES)
 POWERS_FROM_NODES = np.linalg.inv(np.vander(RADAU_NODES, increasing=True))
 """Coefficients of 1, s, s^2, s^3 of the cubic through the node values, over a step of length 1."""
 
+BETWEEN = np.array([0.04, 0.24, 0.6, 0.9])
+"""Fractions of a step between the nodes, where friction that makes errors grow is looked at once more."""
+
 _LARGEST_NORM = 1e3
 """The largest norm of a matrix times a step whose exponential `expm` takes."""
 

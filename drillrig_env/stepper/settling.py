@@ -62,7 +62,7 @@ def _power_iteration(gain: float, table: Record, work: Record) -> float:
     right, left, new, unit = work.fast, work.fast_left, work.state, table.unit
     for i in range(STATE):
         right[i] = left[i] = 1.0 if i == 2 else 0.0
-    change, rate = 1.0, float(gain)
+    rate = float(gain)
     for _ in range(_POWER_LIMIT):
         for i in range(STATE):
             new[i] = 0.0
@@ -71,10 +71,10 @@ def _power_iteration(gain: float, table: Record, work: Record) -> float:
                 new[i] += table.rate_from_state[k, i] * right[k]
         rate = float(new[2]) + gain
         new[2] = rate
-        change, scale = 0.0, 1.0 / new[2]
+        found, scale = True, 1.0 / new[2]
         for i in range(7):
             value = scale * new[i]
-            change = max(change, abs(value - right[i]) / unit[i] * unit[2])
+            found &= abs(value - right[i]) * unit[2] < _POWER_TOLERANCE * unit[i]
             right[i] = value
         for k in range(7):
             new[k] = 0.0
@@ -84,9 +84,9 @@ def _power_iteration(gain: float, table: Record, work: Record) -> float:
         scale = 1.0 / new[2]
         for i in range(7):
             value = scale * new[i]
-            change = max(change, abs(value - left[i]) * unit[i] / unit[2])
+            found &= abs(value - left[i]) * unit[i] < _POWER_TOLERANCE * unit[2]
             left[i] = value
-        if change < _POWER_TOLERANCE:
+        if found:
             return rate
     return 0.0
 

@@ -26,7 +26,7 @@ from drillrig_env.jit.compiled import inlined
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
-from drillrig_env.stepper.exponentials import NODES, RADAU_NODES, doubled_steps, variation_of_constants
+from drillrig_env.stepper.exponentials import BETWEEN, NODES, RADAU_NODES, doubled_steps, variation_of_constants
 from drillrig_env.stepper.limits import check_computable
 from drillrig_env.stepper.units import Units, units_of
 
@@ -47,8 +47,17 @@ LONGEST_PERIOD = 0.1
 
 _ROUNDING = 1e-9
 
-_USUAL_GROWTH = 20.0
-"""Rate (1/s, in the own unit of time) of a bit that falling friction drives on, above which bounds are tighter."""
+_TRIED_GROWTH, _UNTRIED_GROWTH = 36.0, 12.0
+"""Rate (1/s, in the own unit of time) of a bit that falling friction drives on, above which bounds are tighter.
+
+The first is for a rig much like the chapter's, on which the bounds were tried, the second for others.
+"""
+
+_UNTRIED_SHARE = 0.3
+"""What is left of the bounds on a rig that they were not tried on: its errors may grow more from step to step."""
+
+_DIES = 15.0
+"""Rate times the longest step of a mode that dies so soon within it that the defect at its start tells."""
 
 _LARGEST_TURN = 1.2
 """How far (rad) the fastest swing of the string may turn within a step: nodes see no more of it."""
@@ -75,6 +84,8 @@ RUNG = np.dtype(
     [
         ("node_from_state", "f8", (7, NODES)),
         ("node_from_torque", "f8", (NODES, NODES)),
+        ("between_from_state", "f8", (7, NODES)),
+        ("between_from_torque", "f8", (NODES, NODES)),
         ("state_from_state", "f8", (7, STATE)),
         ("state_from_torque", "f8", (NODES, STATE)),
         ("rate_from_state", "f8", (7, STATE)),
@@ -88,6 +99,7 @@ RUNG = np.dtype(
         ("unit", "f8", STATE),  # of each state
         ("first", "i8"),  # the rung of the longest steps
         ("series", "b1"),  # whether a Taylor series over the step keeps its digits
+        ("watched", "b1"),  # whether nodes alone may not see a mode that is fast and lasts
         ("fine", "b1"),  # whether steps lead across kinks, so that their place must be exact
     ],
     align=True,
@@ -148,18 +160,26 @@ def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Dr
     units = units_of(rig)
     M, b, step = _in_units(rig, drive, units, period)
     rungs = np.zeros(RUNGS, dtype=RUNG)
-    _write_bounds(rungs, rig, units, tolerance / TOLERANCE)
     longest = min(LONGEST_PERIOD, _LARGEST_TURN / min(max(_swinging(M), 1e-9), _FASTEST_SWING))
     first = max(0, ceil(log2(step / longest) - _ROUNDING))
-    fastest = np.abs(np.linalg.eigvals(M)).max() * step
+    tried = first == 0 and _is_much_like_the_chapters(M)
+    _write_bounds(rungs, units, tolerance / TOLERANCE * (1.0 if tried else _UNTRIED_SHARE))
+    modes = np.linalg.eigvals(M)
+    lasting = (np.abs(modes) * longest > _LARGEST_SERIES) & (np.abs(modes.real) * longest < _DIES)
+    rungs["watched"] = lasting.any() or not tried
+    fastest = np.abs(modes).max() * step
+    rungs["growth"] = units.time / rig.J_1 / (_TRIED_GROWTH if tried else _UNTRIED_GROWTH)
     rungs["first"], rungs["fine"][first + SAMPLED_RUNGS :] = first, True
     rungs["series"] = fastest / 2.0 ** np.arange(RUNGS) <= _LARGEST_SERIES
     per_state, per_torque = np.outer(1.0 / units.states, units.states), units.states / units.torque
+    between = doubled_steps(M, b, step, BETWEEN, RUNGS)
     tables = variation_of_constants(M, b, step, RADAU_NODES, UNIT_RUNG + 1)
     deep = doubled_steps(M, b, step / (2.0 * UNITS), RADAU_NODES, DEPTH)
     for r, (from_state, from_torque) in enumerate((*zip(*tables, strict=True), *zip(*deep, strict=True))):
         rungs[r]["node_from_state"] = from_state[:, 2, :].T * per_state[:, 2, None]
         rungs[r]["node_from_torque"] = from_torque[:, 2, :] * per_torque[2]
+        rungs[r]["between_from_state"] = between[0][r, :, 2, :].T * per_state[:, 2, None]
+        rungs[r]["between_from_torque"] = between[1][r, :, 2, :].T * per_torque[2]
         rungs[r]["state_from_state"][:, :7] = from_state[-1].T * per_state
         rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T * per_torque
         rungs[r]["rate_from_state"][:, :7] = jacobian(rig, drive=drive).T * (period / 2**r)
@@ -199,11 +219,16 @@ def _swinging(M: FloatArray) -> float:
     return float(np.abs(swing.imag).max(initial=0.0))
 
 
-def _write_bounds(rungs: np.ndarray, rig: Rig, units: Units, share: float) -> None:
+def _is_much_like_the_chapters(M: FloatArray) -> bool:
+    """Whether every rate of discs and shafts is the chapter's within a factor of 2, in the rig's own units."""
+    rates, usual = np.abs(M[:5, :5]), np.abs(jacobian(Rig())[:5, :5])
+    return bool(np.all((rates <= 2.0 * usual) & (usual <= 2.0 * rates)))
+
+
+def _write_bounds(rungs: np.ndarray, units: Units, share: float) -> None:
     """What the stepper calls small, for a tolerance that is a share of TOLERANCE."""
     rungs["largest_defect"], rungs["newton_tolerance"] = share * 1e-5 * units.torque, share * 1e-9 * units.torque
     rungs["clearly_beyond"], rungs["settled"] = 0.02 * units.speed, 1e-10 * units.speed
-    rungs["growth"] = units.time / (_USUAL_GROWTH * rig.J_1)
     rungs["landed"] = 1e-6 * units.speed
     rungs["unit"][:, :7], rungs["unit"][:, 7] = units.states, 1.0
 
