@@ -54,6 +54,7 @@ benchmark: $(READY)  ## Speed beside everything else that is installed, and the 
 	$(BIN)/python -m benchmarks.startup
 	$(BIN)/python -m benchmarks.training
 	$(BIN)/python -m benchmarks.stability
+	$(BIN)/python -m benchmarks.any_rig
 	$(BIN)/python -m benchmarks.page
 
 peers: $(READY)  ## The other solvers and environments that `make benchmark` compares with
