@@ -54,3 +54,6 @@ def scaled(time=1.0, torque=1.0, angle=1.0, rig=None):
 
 FAST = scaled(time=1.0 / 6.5)
 """A laboratory rig with a period of 0.36 s, for speeds of 20 rad/s."""
+
+SOFT = replace(Rig(), k_p=0.3, k_i=0.3, K_E=0.5 * Rig().K_E)
+"""The chapter's rig on a soft drive, `Drive(0.3, 0.3, back_emf_share=0.5)`."""

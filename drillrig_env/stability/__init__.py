@@ -10,6 +10,7 @@ from drillrig_env.stability.bifurcation import (
     force_diagram,
     hopf_and_fold_curves,
 )
+from drillrig_env.stability.end_of_stick_slip import EndOfStickSlip, end_of_stick_slip
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
 from drillrig_env.stability.fold import basin_depth, fold_speed
 from drillrig_env.stability.hurwitz import (
@@ -26,6 +27,7 @@ from drillrig_env.stability.stable_sets import critical_slope, critical_speed, i
 __all__ = [
     "Branch",
     "Diagram",
+    "EndOfStickSlip",
     "HopfPoint",
     "NoOrbitError",
     "PeriodicOrbit",
@@ -35,6 +37,7 @@ __all__ = [
     "critical_slope",
     "critical_speed",
     "eigenvalues",
+    "end_of_stick_slip",
     "equilibria",
     "fold_speed",
     "force_diagram",

@@ -19,7 +19,7 @@ from drillrig_env.stability.slipping_orbits import (
 )
 from drillrig_env.stability.stable_sets import critical_speed
 
-_REACHES = tuple(FIRST_REACH * 2.0**doubled for doubled in range(4))
+REACHES = tuple(FIRST_REACH * 2.0**doubled for doubled in range(4))
 """Depths to which a family of slipping orbits is followed, one after the other: 96 is 500 N on the chapter's rig."""
 
 
@@ -54,7 +54,7 @@ def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
     Raises `ValueError` for a load beyond what can be followed.
     """
     load = float(np.max(load_of(rig, friction)))
-    for reach, samples in product(_REACHES, (FEW_SAMPLES, MANY_SAMPLES)):
+    for reach, samples in product(REACHES, (FEW_SAMPLES, MANY_SAMPLES)):
         family = slipping_orbits(rig, reach, samples)
         if load <= family.largest_load:
             return family

@@ -11,9 +11,9 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
-from drillrig_env.stability.fold import fold_speed
-from drillrig_env.stability.return_map import flow
+from drillrig_env.stability.return_map import Passage
 from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.stepper.units import units_of
 
 SIGNALS = ("bit_speed", "collar_speed", "top_speed", "current")
 SIGNAL_COLUMNS = slice(2, 6)
@@ -22,17 +22,8 @@ SIGNAL_COLUMNS = slice(2, 6)
 _SAMPLE_PERIOD = 1e-3  # s, for extremes: a peak is met within 1e-5 rad/s
 _FINE = 100  # times as many samples around the lowest bit speed, where none of the others is in the stick zone
 
-_DIFFERENCE = 1e-4
-"""Steps of finite differences, for speed references of 1 rad/s and more; in proportion below. p1 meets kinks, each with
-an error near 1e-8."""
-
 _ROUNDING = 1e-11
 """A multiplier nearer to the unit circle counts as on it: those of an orbit with a swing of 1e-6 are."""
-
-_NEAR_THE_FOLD = 0.03
-_LEAST_DIFFERENCE = 1e-7
-"""Near the fold p1 must not be pushed past the edge of sticking: its steps are at most this share of the distance to
-the fold (rad/s), and at least this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,16 +68,16 @@ class PeriodicOrbit:
         return step * np.arange(samples + 1, dtype=float), np.concatenate([self.state[None], states[0]])
 
 
-def describe_orbit(
-    rig: Rig, friction: Friction, speed_reference: float, period: float, state: FloatArray
-) -> PeriodicOrbit:
-    """The stick-slip orbit p1 through a `state` on the section, of which the period (s) is known."""
-    samples = _samples(rig, friction, speed_reference, state, _SAMPLE_PERIOD, int(period / _SAMPLE_PERIOD))
+def describe_orbit(rig: Rig, friction: Friction, speed_reference: float, passage: Passage) -> PeriodicOrbit:
+    """The stick-slip orbit p1 whose return to the section is a `passage`."""
+    period, state = passage.time, passage.state
+    step = _SAMPLE_PERIOD * units_of(rig).time
+    samples = _samples(rig, friction, speed_reference, state, step, int(period / step))
     stuck = float(np.mean(np.abs(samples[:, 2]) < rig.omega_s))
     if stuck == 0.0:
         before = samples[max(int(np.argmin(samples[:, 2])) - 1, 0)]
-        closely = _samples(rig, friction, speed_reference, before, _SAMPLE_PERIOD / _FINE, 2 * _FINE)
-        stuck = float(np.mean(np.abs(closely[:, 2]) < rig.omega_s)) * 2 * _SAMPLE_PERIOD / period
+        closely = _samples(rig, friction, speed_reference, before, step / _FINE, 2 * _FINE)
+        stuck = float(np.mean(np.abs(closely[:, 2]) < rig.omega_s)) * 2 * step / period
     return PeriodicOrbit(
         rig,
         friction,
@@ -97,18 +88,8 @@ def describe_orbit(
         lowest=samples[:, SIGNAL_COLUMNS].min(axis=0),
         highest=samples[:, SIGNAL_COLUMNS].max(axis=0),
         stuck=stuck,
-        multipliers=_multipliers(rig, friction, speed_reference, state, period),
+        multipliers=passage.multipliers,
     )
-
-
-def difference_step(rig: Rig, friction: Friction, speed_reference: float) -> float:
-    """The step of finite differences at a speed reference (rad/s), in every state's own unit."""
-    size = _DIFFERENCE * min(1.0, speed_reference)
-    try:
-        distance = abs(float(fold_speed(rig, friction)) - speed_reference)
-    except ValueError:  # a load beyond what can be followed: the fold is far away
-        return size
-    return float(np.fmin(size, max(_NEAR_THE_FOLD * distance, _LEAST_DIFFERENCE)))
 
 
 def _samples(
@@ -117,14 +98,3 @@ def _samples(
     """States of shape (count, 7) that follow a state, every `period` (s)."""
     states = advance_batch(rig, friction, state[None], speed_reference, period=period, periods=count)
     return np.asarray(states[0])
-
-
-def _multipliers(
-    rig: Rig, friction: Friction, speed_reference: float, state: FloatArray, period: float
-) -> npt.NDArray[np.complex128]:
-    """Eigenvalues of the flow's derivative over one period, by central differences; largest first."""
-    size = difference_step(rig, friction, speed_reference)
-    steps = size * np.eye(7)
-    ends = flow(rig, friction, speed_reference, np.concatenate([state + steps, state - steps]), period)
-    values = np.linalg.eigvals((ends[:7] - ends[7:]).T / (2 * size)).astype(complex)
-    return values[np.argsort(-np.abs(values))]

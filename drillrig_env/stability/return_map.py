@@ -1,147 +1,97 @@
-"""The fast stepper as a map: the flow over any time, and the return to a section of the state space.
+"""The return of a rig to a section of the state space, and its derivative: what shooting for periodic orbits needs.
 
-The section is x_3 = omega_ref with the bit speeding up, which every periodic orbit of the rig crosses
-once a period. Times are met to the last bit by whole periods, whole units of the finest step, and one
-last fraction of a microsecond at the present rate.
+The section is x_3 = omega_ref with the bit speeding up, which every periodic orbit of the rig crosses once a period.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
+import numpy.typing as npt
 
-from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
-from drillrig_env.friction.law import torque_in_zone, zone_of
-from drillrig_env.jit.compiled import compiled, inlined
-from drillrig_env.model import friction_input, jacobian
+from drillrig_env.model import equilibrium, frictionless_state, jacobian, state_equations
 from drillrig_env.rig import Rig
-from drillrig_env.stepper.propagator import advance, workspace
-from drillrig_env.stepper.tables import STATE, UNITS, from_equilibrium, step_tables, to_states
+from drillrig_env.stability.multipliers import multipliers_of
+from drillrig_env.stability.tangent import COLUMNS, SHORTEST, follow
+from drillrig_env.stepper.exponentials import doubled_steps
+from drillrig_env.stepper.propagator import workspace
+from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.units import units_of
 
-_PERIOD = 0.05  # s
-_LONGEST_RETURN = 4000  # periods
+_PERIOD = 0.05
+"""Longest step, in the rig's own unit of time."""
 
-
-def flow(rig: Rig, friction: Friction, speed_reference: float, states: FloatArray, time: float) -> FloatArray:
-    """States of shape (n, 7) after any `time` (s) at constant speed reference (rad/s)."""
-    contacts = friction.single().contacts(rig, speed_reference)
-    matrix, tables = _rates_matrix(rig), step_tables(rig, _PERIOD)
-    result = np.array(states, dtype=float)
-    _flow(result, time, contacts, matrix, tables.rungs, tables.sampling, tables.shift, workspace())
-    return result
+_TOLERANCE = 1e-7
+"""That of the steps, as for `simulate`: its own error is what is left of a gap that is closed."""
 
 
-def next_crossings(
-    rig: Rig, friction: Friction, speed_reference: float, states: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Run states of shape (n, 7) to their next crossing of the section.
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A passage of the section after another: the state there, the time from there (s), and the share of it in stick.
 
-    Returns the states there and the times taken (s; NaN where 200 s brought none).
+    `derivative` is that of the flow over this time, by the 7 states and the speed reference, shape (7, 8), for states
+    counted from the frictionless equilibrium, in their own units (`units_of`) and that of speed. `rates` are the rates
+    of the states there, in the same units.
     """
-    contacts = friction.single().contacts(rig, speed_reference)
-    matrix, tables = _rates_matrix(rig), step_tables(rig, _PERIOD)
-    result, times = np.array(states, dtype=float), np.empty(len(states))
-    _cross(result, times, contacts, matrix, tables.rungs, tables.sampling, tables.shift, workspace())
-    return result, times
+
+    state: FloatArray
+    time: float
+    stuck: float
+    derivative: FloatArray
+    rates: FloatArray
+
+    @property
+    def slopes(self) -> FloatArray:
+        """The derivative of the passage as a point of the section; row 3 is 0."""
+        return np.asarray(self.derivative - np.outer(self.rates / self.rates[2], self.derivative[2]))
+
+    @property
+    def multipliers(self) -> npt.NDArray[np.complex128]:
+        """The 7 Floquet multipliers, largest first, where the passage is that of a periodic orbit."""
+        return multipliers_of(self.derivative[:, :7], self.rates)
 
 
-def _rates_matrix(rig: Rig) -> FloatArray:
-    """The rates as a matrix (7, 8) of the states relative to the equilibrium, and the friction torque."""
-    return np.column_stack([jacobian(rig), friction_input(rig)])
+@dataclass(frozen=True, eq=False)
+class ReturnMap:
+    """The return to the section of a rig under one friction."""
 
+    rig: Rig
+    friction: Friction
 
-@compiled
-def _flow(
-    states: FloatArray,
-    time: float,
-    contacts: Records,
-    matrix: FloatArray,
-    rungs: Records,
-    sampling: Records,
-    shift: Records,
-    works: Records,
-) -> None:
-    work = works[0]
-    y, contact = work.y, contacts[0]
-    periods = int(time / _PERIOD)
-    units = int((time - periods * _PERIOD) / _PERIOD * UNITS)
-    rest = time - _PERIOD * (periods + units / UNITS)
-    for n in range(states.shape[0]):
-        from_equilibrium(states[n], contact, shift, y)
-        for _ in range(periods):
-            advance(y, contact, rungs, sampling, work, False, UNITS)
-        advance(y, contact, rungs, sampling, work, False, units)
-        _drift(y, contact, matrix, rest)
-        to_states(y, contact, shift, states[n])
+    @cached_property
+    def _stick(self) -> tuple[FloatArray, FloatArray]:
+        """The flow in the stick zone over the step of each rung, and the state that holds still there at 1 rad/s."""
+        units, static = units_of(self.rig), float(self.friction.normal_force) * self.rig.r_1 * float(self.friction.mu_s)
+        slope = static / self.rig.omega_s
+        scale = np.outer(units.states, 1.0 / units.states)
+        M = jacobian(self.rig, slope) / scale * units.time
+        flows, _ = doubled_steps(M, np.zeros(7), _PERIOD, np.ones(1), SHORTEST + 1)
+        still = equilibrium(self.rig, slope, 1.0) - frictionless_state(self.rig, 1.0)
+        return np.ascontiguousarray(flows[:, 0] * scale), still
 
+    def __call__(self, state: FloatArray, speed_reference: float, with_derivative: bool = True) -> Passage | None:
+        """The next passage of the section from a state (7,) at a speed reference (rad/s); None where there is none.
 
-@compiled
-def _cross(
-    states: FloatArray,
-    times: FloatArray,
-    contacts: Records,
-    matrix: FloatArray,
-    rungs: Records,
-    sampling: Records,
-    shift: Records,
-    works: Records,
-) -> None:
-    work = works[0]
-    y, before, contact = work.y, np.zeros(STATE), contacts[0]
-    for n in range(states.shape[0]):
-        from_equilibrium(states[n], contact, shift, y)
-        times[n] = np.nan
-        for period in range(_LONGEST_RETURN):
-            _copy(y, before)
-            advance(y, contact, rungs, sampling, work, False, UNITS)
-            if before[2] < 0.0 <= y[2]:
-                units = _locate(before, y, contact, rungs, sampling, work)
-                rest = -y[2] / _rate(y, 2, contact, matrix)
-                _drift(y, contact, matrix, rest)
-                times[n] = _PERIOD * (period + units / UNITS) + rest
-                break
-        to_states(y, contact, shift, states[n])
-
-
-@compiled
-def _locate(before: FloatArray, y: FloatArray, contact: Record, rungs: Records, sampling: Records, work: Record) -> int:
-    """Bisect for the last unit before the crossing, leaving `y` there; the units from `before`."""
-    low, high = 0, UNITS
-    while high - low > 1:
-        middle = (low + high) // 2
-        _copy(before, y)
-        advance(y, contact, rungs, sampling, work, False, middle)
-        if y[2] < 0.0:
-            low = middle
-        else:
-            high = middle
-    _copy(before, y)
-    advance(y, contact, rungs, sampling, work, False, low)
-    return low
-
-
-@inlined
-def _copy(source: FloatArray, target: FloatArray) -> None:
-    for i in range(STATE):
-        target[i] = source[i]
-
-
-@compiled
-def _rate(y: FloatArray, i: int, contact: Record, matrix: FloatArray) -> float:
-    """Present rate of state i."""
-    x_3 = y[2] + contact.speed_reference
-    torque, _ = torque_in_zone(zone_of(x_3, contact.omega_s), x_3, contact)
-    rate = float(matrix[i, 7] * torque)
-    for k in range(7):
-        rate += matrix[i, k] * y[k]
-    return rate
-
-
-@compiled
-def _drift(y: FloatArray, contact: Record, matrix: FloatArray, time: float) -> None:
-    """Move `y` on by less than one unit, at its present rates."""
-    rates = np.zeros(7)
-    for i in range(7):
-        rates[i] = _rate(y, i, contact, matrix)
-    for i in range(7):
-        y[i] += time * rates[i]
+        Without `with_derivative` that is the identity, and the passage is found in less time.
+        """
+        units = units_of(self.rig)
+        period = _PERIOD * units.time
+        at_rest = frictionless_state(self.rig, speed_reference)
+        work, derivative = workspace(), np.eye(7, COLUMNS)
+        y = work["y"][0]
+        y[:7] = state - at_rest
+        rungs = step_tables(self.rig, period, _TOLERANCE).rungs
+        work["contact"] = self.friction.contacts(self.rig, speed_reference)
+        periods, in_stick = follow(work, derivative, rungs, *self._stick, with_derivative)
+        if np.isnan(periods):
+            return None
+        torque = float(self.friction.torque(self.rig, speed_reference))
+        rates = np.array(state_equations(at_rest + y[:7], speed_reference, torque, self.rig))
+        late = y[2] / rates[2]  # less than the shortest step
+        there, rates = at_rest + y[:7] - late * rates, rates / units.states
+        scaled = derivative / units.states[:, None] * np.append(units.states, units.speed)
+        return Passage(there, float(periods * period - late), in_stick / periods, scaled, rates)

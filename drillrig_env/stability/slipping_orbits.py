@@ -23,10 +23,12 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
+import numpy.typing as npt
 from scipy.interpolate import CubicSpline
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.rig import Rig
+from drillrig_env.stability.grazing import grazing_multipliers
 from drillrig_env.stability.harmonic_balance import balance_of
 from drillrig_env.stability.stable_sets import critical_slope, stable_set
 
@@ -39,6 +41,12 @@ FEW_SAMPLES, MANY_SAMPLES = 256, 2048
 _POINTS_A_UNIT = 12
 _POINTS_A_REACH = 60  # beyond FIRST_REACH steps grow with the depth: this many to twice the depth, and some
 _FIRST_DEPTH = 0.02
+
+_EVERY = 5
+"""Of every so many orbits it is found out what becomes of stick-slip where they graze."""
+
+_CERTAIN = 0.02
+"""How far inside the unit circle multipliers must be there, between which others are interpolated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +107,22 @@ class SlippingOrbits:
         """
         gains, _ = self._unstable_side
         return np.asarray(self._depth_of_gain(np.clip(-np.asarray(log_gain), gains[0], gains[-1])))
+
+    @cached_property
+    def _at_grazing(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Depths, and what `grazing_multipliers` says of the orbits there."""
+        chosen = np.unique(np.append(np.arange(1, len(self.depth), _EVERY), len(self.depth) - 1))
+        found = [
+            grazing_multipliers(self.rig, self.waves[i], self.frequency[i], self.log_gain[i]) for i in chosen if i > 0
+        ]
+        products, radii = np.array(found).reshape(-1, 2).T
+        return self.depth[chosen[chosen > 0]], products, radii
+
+    def ends_stick_slip(self, depth: FloatArray) -> npt.NDArray[np.bool_]:
+        """Whether an orbit of a depth is for certain the end of stable stick-slip where it grazes (see `grazing`)."""
+        depths, products, radii = self._at_grazing
+        product, radius = np.interp(depth, depths, products), np.interp(depth, depths, radii)
+        return np.asarray((product < 0.0) & (radius < 1.0 - _CERTAIN))
 
     def orbit(self, depth: float) -> tuple[FloatArray, float, float]:
         """The orbit of a depth inside the family: samples of q over one period (lowest first), Omega, ln G."""

@@ -8,14 +8,14 @@ from drillrig_env.stability import bifurcation_diagram, critical_speed, fold_spe
 from drillrig_env.stability.limit_cycle import slipping_orbit_of_depth
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.stepper.units import units_of
-from tests.stability.rigs import FIELD, FIELD_FRICTION, LABORATORY, LABORATORY_FRICTION, SOFT
+from tests.rigs import FAST, FIELD, SOFT
 
 RIG = Rig()
 CASES = {
     "chapter": (RIG, Friction(14.0, v_b=1.1)),
     "soft drive": (SOFT, Friction(12.0)),
-    "laboratory": (LABORATORY, LABORATORY_FRICTION),
-    "field": (FIELD, FIELD_FRICTION),
+    "laboratory": (FAST, Friction(10.0, v_b=1.0 / 6.5)),
+    "field": (FIELD, Friction(9000.0, 1.0, 0.6, 0.2)),
 }
 
 

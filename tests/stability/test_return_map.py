@@ -1,79 +1,100 @@
-"""The flow and the return to the section, against the event-split reference and their own composition."""
+"""The return to the section, against the event-split reference, and its derivative, against differences."""
 
 import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate
-from drillrig_env.model import state_equations, steady_state, wound_up
+from drillrig_env.model import frictionless_state, state_equations, steady_state, wound_up
 from drillrig_env.reference import radau
-from drillrig_env.stability.return_map import flow, next_crossings
+from drillrig_env.stability.multipliers import OFF_SECTION
+from drillrig_env.stability.return_map import ReturnMap
+from drillrig_env.stepper.units import units_of
+from tests.rigs import FAST, FIELD
 
-RIGS = [Rig(), Rig(T_r2=0.1, k_p=2.0)]
-FRICTION = Friction(20.0)
-STATES = np.random.default_rng(3).normal(size=(6, 7)) * [0.3, 1.0, 3.0, 3.0, 3.0, 1.0, 1.0]
-
-
-@pytest.mark.parametrize(("rig", "time"), [(RIGS[0], 0.03), (RIGS[1], 0.05), (RIGS[0], 0.1234567)])
-def test_flow_is_the_solution_at_any_time(rig, time):
-    expected = radau(rig, FRICTION, 2.0, STATES[0], np.array([0.0, time]), rtol=1e-9, atol=1e-11)[0]
-    np.testing.assert_allclose(flow(rig, FRICTION, 2.0, STATES[:1], time)[0], expected, atol=2e-7)
-
-
-def test_flow_over_no_time_is_nothing_and_over_two_times_their_sum():
-    np.testing.assert_allclose(flow(RIGS[0], FRICTION, 2.0, STATES, 0.0), STATES, atol=1e-14)
-    there = flow(RIGS[0], FRICTION, 2.0, flow(RIGS[0], FRICTION, 2.0, STATES, 0.3), 0.4)
-    np.testing.assert_allclose(there, flow(RIGS[0], FRICTION, 2.0, STATES, 0.7), atol=1e-7)
+CASES = {
+    "chapter": (Rig(), Friction(20.0), 2.0),
+    "torque on the collars": (Rig(T_r2=0.1, k_p=2.0), Friction(20.0), 2.0),
+    "laboratory": (FAST, Friction(10.0, v_b=1.0 / 6.5), 13.0),
+    "field": (FIELD, Friction(9000.0, 1.0, 0.6, 0.2), 8.0),
+}
+RIG, FRICTION, SPEED = CASES["chapter"]
+RETURNS = ReturnMap(RIG, FRICTION)
+cases = pytest.mark.parametrize(("rig", "friction", "speed"), CASES.values(), ids=CASES)
 
 
-@pytest.mark.parametrize("rig", RIGS)
-@pytest.mark.parametrize("time", [0.0, 0.05, 0.1])
-def test_the_last_fraction_of_a_microsecond_goes_at_the_rates_of_the_model(rig, time):
-    before, after = (flow(rig, FRICTION, 2.0, STATES, time + rest) for rest in (0.0, 1e-7))
-    for x, y in zip(before, after, strict=True):
-        rates = state_equations(x, 2.0, FRICTION.torque(rig, x[2]), rig)
-        np.testing.assert_allclose((y - x) / 1e-7, rates, rtol=1e-5, atol=1e-6)
+def settled(rig, friction, speed, returns=8):
+    state = wound_up(rig, friction, speed).reshape(7)
+    for _ in range(returns):
+        state = ReturnMap(rig, friction)(state, speed, with_derivative=False).state
+    return state
 
 
-def test_flow_leaves_its_argument_alone():
-    before = STATES.copy()
-    flow(RIGS[0], FRICTION, 2.0, STATES, 0.2)
-    next_crossings(RIGS[0], FRICTION, 2.0, STATES)
-    np.testing.assert_array_equal(STATES, before)
+@cases
+def test_passage_is_the_solution_at_its_time(rig, friction, speed):
+    state = settled(rig, friction, speed)
+    passage = ReturnMap(rig, friction)(state, speed)
+    expected = radau(rig, friction, speed, state, np.array([0.0, passage.time]), rtol=1e-10, atol=1e-12)[-1]
+    np.testing.assert_allclose(passage.state / units_of(rig).states, expected / units_of(rig).states, atol=1e-6)
+    assert passage.state[2] == pytest.approx(speed, rel=1e-14)
+    torque = friction.torque(rig, speed)
+    rates = np.array(state_equations(passage.state, speed, torque, rig)) / units_of(rig).states
+    np.testing.assert_allclose(passage.rates, rates, rtol=1e-6, atol=1e-6)
 
 
-@pytest.mark.parametrize("rig", RIGS)
-def test_crossing_is_the_first_place_where_the_bit_speeds_up_through_the_reference(rig):
-    start = wound_up(rig, FRICTION, 2.0)
-    found, times = next_crossings(rig, FRICTION, 2.0, start[None])
-    assert found[0, 2] == pytest.approx(2.0, abs=1e-9)
-    run = simulate(rig, FRICTION, start, 2.0, duration=float(times[0]) + 0.5, sample_period=1e-3)
-    above = run.bit_speed >= 2.0
-    first = np.flatnonzero(above[1:] & ~above[:-1])[0]
-    assert run.time[first] <= times[0] <= run.time[first + 1]
-    np.testing.assert_allclose(flow(rig, FRICTION, 2.0, start[None], float(times[0]))[0], found[0], atol=1e-8)
+@cases
+def test_derivative_agrees_with_differences_of_the_return(rig, friction, speed):
+    """By each state off the section and by the speed reference, for states counted from the equilibrium."""
+    returns, units = ReturnMap(rig, friction), units_of(rig)
+    counted = settled(rig, friction, speed) - frictionless_state(rig, speed)
+
+    def there(change, speed):
+        rest = frictionless_state(rig, speed)
+        return (returns(rest + counted + change * units.states, speed, False).state - rest) / units.states
+
+    found = returns(counted + frictionless_state(rig, speed), speed).slopes
+    h = 2e-4
+    for column in OFF_SECTION:
+        step = h * np.eye(7)[column]
+        difference = (there(step, speed) - there(-step, speed)) / (2 * h)
+        np.testing.assert_allclose(found[:, column], difference, atol=3e-6)
+    step = h * units.speed
+    difference = (there(0.0 * counted, speed + step) - there(0.0 * counted, speed - step)) / (2 * h)
+    np.testing.assert_allclose(found[:, 7], difference, atol=3e-6)
+    assert np.abs(found[2]).max() < 1e-12
 
 
-def test_next_crossing_from_a_crossing_is_a_whole_cycle_later():
-    """The section point itself does not count again; the bit must fall below the reference first."""
-    point, _ = next_crossings(RIGS[0], FRICTION, 2.0, wound_up(RIGS[0], FRICTION, 2.0)[None])
-    for _ in range(12):
-        point, times = next_crossings(RIGS[0], FRICTION, 2.0, point)
-    assert times[0] == pytest.approx(2.4, abs=0.1)
+def test_share_in_the_stick_zone_is_that_of_a_trajectory():
+    state = settled(*CASES["chapter"])
+    passage = RETURNS(state, SPEED)
+    run = simulate(RIG, FRICTION, state, SPEED, duration=float(passage.time), sample_period=1e-4)
+    assert passage.stuck == pytest.approx(np.mean(np.abs(run.bit_speed) < RIG.omega_s), abs=2e-4)
 
 
-def test_each_state_has_its_own_crossing():
-    together, times = next_crossings(RIGS[0], FRICTION, 2.0, STATES)
-    for x, end, time in zip(STATES, together, times, strict=True):
-        alone, at = next_crossings(RIGS[0], FRICTION, 2.0, x[None])
-        np.testing.assert_array_equal(alone[0], end)
-        assert at[0] == time
+def test_the_section_point_itself_does_not_count_again():
+    state = settled(RIG, FRICTION, SPEED, 12)
+    assert RETURNS(state, SPEED, False).time == pytest.approx(2.46, abs=0.01)
 
 
-def test_a_bit_that_never_breaks_loose_has_no_crossing():
-    _, times = next_crossings(RIGS[0], Friction(1e4), 2.0, np.zeros((1, 7)))
-    assert np.isnan(times[0])
+def test_without_the_derivative_the_passage_is_the_same():
+    state = settled(RIG, FRICTION, SPEED, 2)
+    with_it, without = (RETURNS(state, SPEED, wanted) for wanted in (True, False))
+    np.testing.assert_array_equal(with_it.state, without.state)
+    assert with_it.time == without.time
+    before = state.copy()
+    RETURNS(state, SPEED)
+    np.testing.assert_array_equal(state, before)
 
 
-def test_steady_rotation_flows_on():
-    state = steady_state(RIGS[1], FRICTION, 4.0)
-    np.testing.assert_allclose(flow(RIGS[1], FRICTION, 4.0, state[None], 3.21)[0], state, atol=1e-8)
+def test_a_bit_that_never_breaks_loose_has_no_passage():
+    assert ReturnMap(RIG, Friction(1e4))(np.zeros(7), SPEED) is None
+
+
+def test_steady_rotation_has_none_either():
+    friction = Friction(20.0)
+    assert RETURNS(steady_state(RIG, friction, 4.0), 4.0) is None
+
+
+def test_a_stick_zone_left_very_slowly_is_left():
+    """Within a shortest step the bit speed there grows by less than rounding shows."""
+    friction = Friction(20.0)
+    assert ReturnMap(RIG, friction)(wound_up(RIG, friction, 0.002).reshape(7), 0.002) is not None

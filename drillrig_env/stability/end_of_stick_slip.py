@@ -1,0 +1,139 @@
+"""The end of stick-slip: the speed reference above which no stable stick-slip orbit is left, and how it ends there.
+
+At moderate loads the branch p1 ends where it grazes, at `fold_speed`. At heavy loads, and under friction that falls
+fast, it goes on beyond that speed and turns back in a fold of its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.friction import Friction, FrictionLike
+from drillrig_env.rig import Rig, RigLike
+from drillrig_env.stability.continuation import end_of_branch
+from drillrig_env.stability.fold import REACHES, load_of
+from drillrig_env.stability.return_map import ReturnMap
+from drillrig_env.stability.shooting import find_stick_slip
+from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
+from drillrig_env.stability.stable_sets import critical_speed
+from drillrig_env.stepper.units import time_of, units_of
+
+_BELOW = 0.98
+"""Where the branch is taken up, as a share of the speed at which it grazes."""
+
+_FIRST_TRY, _TRIES = 0.3, 5
+"""Without such a speed: the first share of the speed that a rig gains breaking loose, and tries, each at half."""
+
+_SHARES = (0.75, 0.5, 0.25)
+"""Of the depth up to which stick-slip may end at grazing: where it is tried out whether it does."""
+
+_AT_GRAZING = 1e-5
+"""Share of the speed within which an end is that at grazing: there the stick zone, though narrow, bends the branch."""
+
+_NARROW = 1e-2
+"""v_b omega_s up to which friction hardly falls within the stick zone: where nothing slips unstably, nothing sticks."""
+
+
+@dataclass(frozen=True, eq=False)
+class EndOfStickSlip:
+    """Where stick-slip ends: at a speed reference (rad/s), and how.
+
+    `kind` is "grazing" where the orbit no longer reaches the stick zone, at `fold_speed`; "fold" where it meets an
+    unstable stick-slip orbit above that speed; "other" where it only loses its stability, or could be followed no
+    further; "none", with NaN as `speed`, where there is no stick-slip. Both have one entry a rig for a batch of
+    frictions.
+    """
+
+    speed: Quantity
+    kind: str | npt.NDArray[np.str_]
+
+
+def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
+    """The speed reference above which only calm rotation is left, and how stick-slip ends there.
+
+    Raises `ValueError` for a rig of which steady rotation is never stable under friction that falls.
+    """
+    rig, friction = Rig.of(rig), Friction.of(friction)
+    load, v_b = load_of(rig, friction), np.asarray(friction.v_b)
+    family = _family(rig, float(np.max(load)))
+    depth = family.grazing_depth(np.minimum(load, family.largest_load))
+    slips, is_narrow = np.asarray(critical_speed(rig, friction)) > rig.omega_s, v_b * rig.omega_s < _NARROW
+    certain = _certain_depth(rig, family) if np.any(slips) else 0.0
+    grazes = np.asarray(slips & is_narrow & (depth <= certain))
+    speed, kind = np.where(grazes, depth / v_b + rig.omega_s, np.nan), np.where(grazes, "grazing", "none").astype("U7")
+    is_open = ~grazes & (slips | ~is_narrow)
+    if np.any(is_open):
+        known = np.where(slips & (load <= family.largest_load), depth, np.nan)
+        speed, kind = _with_followed(rig, friction, family, speed, kind, is_open, known)
+    return EndOfStickSlip(speed, kind) if np.ndim(load) else EndOfStickSlip(float(speed), str(kind))
+
+
+def _with_followed(
+    rig: Rig,
+    friction: Friction,
+    family: SlippingOrbits,
+    speed: FloatArray,
+    kind: npt.NDArray[np.str_],
+    is_open: npt.NDArray[np.bool_],
+    depth: FloatArray,
+) -> tuple[FloatArray, npt.NDArray[np.str_]]:
+    """Speeds and kinds with those of open ends, each found by following its branch; `depth` NaN: no grazing orbit."""
+    rows, speeds, kinds = friction.as_array(), np.atleast_1d(speed), np.atleast_1d(kind)
+    depths = np.atleast_1d(depth)
+    for i in np.flatnonzero(is_open):
+        fold, may_graze = depths[i] / rows[i, 3] + rig.omega_s, bool(family.ends_stick_slip(depths[i]))
+        speeds[i], kinds[i] = _followed(rig, Friction(*rows[i].tolist()), float(fold), may_graze)
+    return speeds.reshape(speed.shape), kinds.reshape(kind.shape)
+
+
+def _family(rig: Rig, load: float) -> SlippingOrbits:
+    """The family of slipping orbits, up to a load or to where p1 no longer ends at grazing."""
+    for reach in REACHES:
+        family = slipping_orbits(rig, reach)
+        if load <= family.largest_load or family.ends or not family.ends_stick_slip(family.depth[-1]):
+            break
+    return family
+
+
+@lru_cache(maxsize=64)
+def _certain_depth(rig: Rig, family: SlippingOrbits) -> float:
+    """The depth up to which stick-slip ends where it grazes, for a narrow stick zone.
+
+    That it may end there, `grazing` says; that no other part of the branch reaches higher speeds is found out at one
+    load, and then holds for lighter ones.
+    """
+    may_end = family.ends_stick_slip(family.depth)
+    deepest = float(family.depth[np.argmin(may_end)]) if not may_end.all() else float(family.depth[-1])
+    for share in _SHARES:
+        depth = share * deepest
+        v_b = 1.0 / units_of(rig).speed
+        fold = depth / v_b + rig.omega_s
+        drop = float(np.exp(family.guess(depth)[0] + depth + v_b * rig.omega_s)) / v_b
+        friction = Friction(drop / rig.r_1, 2.0, 1.0, v_b)
+        if _followed(rig, friction, fold, True) == (fold, "grazing"):
+            return depth
+    return 0.0
+
+
+@lru_cache(maxsize=4096)
+def _followed(rig: Rig, friction: Friction, fold: float, may_graze: bool) -> tuple[float, str]:
+    """The end of the branch of one friction, from below the `fold` (rad/s; NaN: unknown) or from breaking loose on.
+
+    Where stable stick-slip may end at grazing (`may_graze`), it goes on up to there, if no further.
+    """
+    returns = ReturnMap(rig, friction)
+    drop = float(friction.normal_force) * rig.r_1 * (float(friction.mu_s) - float(friction.mu_k))
+    first = _BELOW * fold if np.isfinite(fold) else _FIRST_TRY * drop * time_of(rig) / rig.J_1
+    for halved in range(_TRIES):
+        speed_reference = first / 2**halved
+        orbit = find_stick_slip(returns, speed_reference) if speed_reference > rig.omega_s else None
+        if orbit is not None:
+            end, kind = end_of_branch(returns, speed_reference, orbit)
+            is_at_grazing = end < fold * (1.0 + _AT_GRAZING) and (may_graze or kind == "grazing")
+            return (fold, "grazing") if is_at_grazing else (end, kind)
+    return (fold, "grazing") if may_graze and np.isfinite(fold) else (np.nan, "none")
