@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from drillrig_env.simulation import Simulation
 
 _PICTURES = (".png", ".svg", ".pdf")
-_WINDOW = 10.0  # s at the end, over which the run is judged
 
 
 @command
@@ -76,17 +75,20 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
 
 def _ending(run: Simulation) -> str:
     """What the bit did over the end of the run, and what the stability analysis says of the rig there."""
+    from drillrig_env.scales import Scales
     from drillrig_env.stability import critical_speed
-    from drillrig_env.verdict import is_calm, stick_slip_index
+    from drillrig_env.verdict import WINDOW, is_calm, stick_slip_index
 
-    last = run.time >= run.time[-1] - _WINDOW
+    scales = Scales.of(run.rig)
+    window = WINDOW * scales.time
+    last = run.time >= run.time[-1] - window
     speed = run.bit_speed[last]
     low, high, mean = float(speed.min()), float(speed.max()), float(speed.mean())
     pressed = replace(run.friction, normal_force=float(run.normal_force[-1]))
     steady = float(critical_speed(run.rig, pressed))
-    verdict = "calm" if is_calm(low, high, mean) else "not calm"
+    verdict = "calm" if is_calm(low, high, mean, scales.speed) else "not calm"
     return (
-        f"last {min(_WINDOW, run.time[-1]):g} s: {verdict}; bit speed {low:.3f} to {high:.3f} rad/s, mean {mean:.3f}, "
+        f"last {min(window, run.time[-1]):.4g} s: {verdict}; bit speed {low:.3f} to {high:.3f} rad/s, mean {mean:.3f}, "
         f"stick-slip index {float(stick_slip_index(low, high, mean)):.3f}\n"
         f"critical speed at N_1 = {pressed.normal_force:g} N: {steady:.3f} rad/s"
     )

@@ -4,8 +4,9 @@
   drillrig figures --only 4.12 4.13 --format svg --output paper
   drillrig figures --rig my_rig.toml            # for a rig of your own
 
-On a rig of your own, axes of speeds reach as far beside its fold as they do beside the chapter's; normal forces are
-the chapter's. A figure of what the rig does not have, such as stick-slip, is left out with a sentence.
+On a rig of your own, axes of speeds reach as far beside its fold as they do beside the chapter's; times, normal forces
+and friction are those that correspond to the chapter's. A figure of what the rig does not have, such as stick-slip, is
+left out with a sentence.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@
     drillrig animate --normal-force 10 --speed-target 2.4 --hold 10 --output calm.gif
     drillrig animate --rig my_rig.toml --output mine.gif
 
-The rig has the chapter's friction and starts in stick-slip. After --hold seconds the policy
-jump_ease takes over, and the animation ends once the bit has been calm at the target for 4 s. A
-target between the critical speed and the fold shows most: there the same rig at the same speed
-ends calm where it began in stick-slip.
+The rig has the chapter's friction and starts in stick-slip. After --hold seconds the policy jump_ease
+takes over, and the animation ends once the bit has been calm at the target for 4 s. On another rig these
+are what corresponds to them. A target between the critical speed and the fold shows most: there the same
+rig at the same speed ends calm where it began in stick-slip.
 
 Needs the extra `render`: in a clone, pip install '.[render]'
 """
@@ -26,15 +26,16 @@ import numpy.typing as npt
 
 from drillrig_env.allowed import Made
 from drillrig_env.command_line import Parser, command
+from drillrig_env.env.task import Task
 from drillrig_env.extras import missing
 from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_fields, add_rig_argument, given_fields
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter
-from drillrig_env.policy import make_policy
+from drillrig_env.policy import context_of, make_policy
 from drillrig_env.rig import Rig
-from drillrig_env.scales import CONTROL_PERIOD
+from drillrig_env.scales import Scales
 
-_LONGEST = 120.0  # s
+_FORCE, _TARGET, _HOLD, _LONGEST = 20.0, 3.2, 6.0, 120.0  # N, rad/s, s and s, on the chapter's rig
 _COLORS = 64
 _CALM_TIME, _CALM_DEVIATION = 4.0, 0.05
 
@@ -46,9 +47,15 @@ class Film:
     Raises `ValueError` for a value that is not allowed.
     """
 
-    normal_force: float = parameter(20.0, "N", "normal force", allowed=NOT_NEGATIVE)
-    speed_target: float = parameter(3.2, "rad/s", "speed target", allowed=POSITIVE)
-    hold: float = parameter(6.0, "s", "time at the target before jump-and-ease takes over", allowed=NOT_NEGATIVE)
+    normal_force: float = parameter(None, "N", "normal force", allowed=NOT_NEGATIVE, none=f"{_FORCE:g}, by rig")
+    speed_target: float = parameter(None, "rad/s", "speed target", allowed=POSITIVE, none=f"{_TARGET:g}, by rig")
+    hold: float = parameter(
+        None,
+        "s",
+        "time at the target before jump-and-ease takes over",
+        allowed=NOT_NEGATIVE,
+        none=f"{_HOLD:g}, by rig",
+    )
     speed_up: int = parameter(2, "", "seconds of the rig in a second of the film", allowed=COUNT)
     every: int = parameter(1, "control steps", "from one frame to the next", allowed=COUNT)
     width: int = parameter(640, "px", "width", allowed=COUNT)
@@ -56,28 +63,43 @@ class Film:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        scales = self.task.scales
+        standard = {
+            "normal_force": _FORCE * scales.force,
+            "speed_target": _TARGET * scales.speed,
+            "hold": _HOLD * scales.time,
+        }
+        for name, value in standard.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+
+    @property
+    def task(self) -> Task:
+        """The task that is filmed."""
+        return Task.for_rig(self.rig, scenario="nominal", duration=_LONGEST * Scales.of(self.rig).duration)
 
     @property
     def frame_time(self) -> int:
         """How long a frame is shown, ms."""
-        return round(1000 * CONTROL_PERIOD * self.every / self.speed_up)
+        return round(1000 * self.task.control_period * self.every / self.speed_up)
 
 
 def frames(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
-    """The frames of the film as RGB of shape (540, 960, 3), until the bit is calm at the target or 120 s are over.
+    """The frames of the film as RGB of shape (540, 960, 3), until the bit is calm at the target.
 
-    Raises `ValueError` for an impossible normal force or target.
+    On the chapter's rig they end after 120 s in any case. Raises `ValueError` for an impossible normal force or target.
     """
-    env = gym.make("DrillRig-v0", rig=film.rig, scenario="nominal", duration=_LONGEST, render_mode="rgb_array")
-    policy: Any = make_policy("jump_ease", rig=film.rig)
+    task = film.task
+    env = gym.make("DrillRig-v0", task=task, render_mode="rgb_array")
+    policy: Any = make_policy("jump_ease", **context_of(task))
     memory = None
     options = {"normal_force": film.normal_force, "speed_target": film.speed_target, "start": "stick_slip"}
     observation, info = env.reset(seed=0, options=options)
-    seen: deque[float] = deque(maxlen=round(_CALM_TIME / CONTROL_PERIOD))
-    for step in range(round(_LONGEST / CONTROL_PERIOD)):
+    seen: deque[float] = deque(maxlen=round(_CALM_TIME * task.scales.time / task.control_period))
+    for step in range(task.steps):
         policy.tell(info)
         action, memory = policy.predict(observation, memory)  # during the hold too, to see the oscillation
-        held = step * CONTROL_PERIOD < film.hold
+        held = step * task.control_period < film.hold
         observation, _, _, _, info = env.step(np.zeros_like(action) if held else action)
         if step % film.every == 0:
             yield np.asarray(env.render())

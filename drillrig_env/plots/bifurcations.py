@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES, minimum_speed, steady_state
-from drillrig_env.plots.own_rig import only_for_the_chapters, scale
+from drillrig_env.plots.own_rig import only_for_the_chapters, pressed, rounded, scale
 from drillrig_env.plots.style import (
     BIT_SPEED,
     BLUE,
@@ -25,6 +24,7 @@ from drillrig_env.plots.style import (
     plot_stability,
 )
 from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 from drillrig_env.stability import (
     Diagram,
     PeriodicOrbit,
@@ -42,9 +42,9 @@ _TWIST = STATE_NAMES.index("twist_12")
 
 def diagram_with_orbits(rig: Rig) -> Picture:
     """Figure 4.12: the diagram at 10 N, and three orbits of p1 in the phase plane."""
-    friction, reach = Friction(10.0), scale(rig, 10.0)
-    on_p1 = [round(speed * reach, 2) for speed in _ON_P1]
-    diagram = bifurcation_diagram(rig, friction, points=180, speeds=(0.005, 4.0 * reach))
+    friction, reach = pressed(rig, 10.0), scale(rig, 10.0)
+    on_p1 = [rounded(speed * reach) for speed in _ON_P1]
+    diagram = bifurcation_diagram(rig, friction, points=180, speeds=(0.005 * reach, 4.0 * reach))
     figure = new_figure(5.4)
     panels: dict[str, Any] = figure.subplot_mosaic([["diagram"] * 3, ["0", "1", "2"]], height_ratios=(1.55, 1.0))
     _draw_diagram(panels["diagram"], diagram, 4.0 * reach)
@@ -68,15 +68,15 @@ def diagram_with_orbits(rig: Rig) -> Picture:
 def diagram_at_a_larger_force(rig: Rig) -> Picture:
     """Figure 4.13: the diagram at 20 N."""
     reach = scale(rig, 20.0)
-    diagram = bifurcation_diagram(rig, Friction(20.0), points=180, speeds=(0.005, 6.0 * reach))
+    diagram = bifurcation_diagram(rig, pressed(rig, 20.0), points=180, speeds=(0.005 * reach, 6.0 * reach))
     figure = new_figure(3.6)
     _draw_diagram(figure.subplots(), diagram, 6.0 * reach)
-    lighter = Friction(10.0)
+    lighter = pressed(rig, 10.0)
     narrower = float(fold_speed(diagram.rig, lighter)) - float(critical_speed(diagram.rig, lighter))
     return Picture(
         figure,
         f"{_described(diagram)} The range of bistability, {diagram.special['fold'] - diagram.special['H2']:.3f} rad/s, "
-        f"stands beside {narrower:.3f} rad/s at 10 N, in figure 4.12.",
+        f"stands beside {narrower:.3f} rad/s at {lighter.normal_force:.4g} N, in figure 4.12.",
     )
 
 
@@ -133,18 +133,20 @@ def _described(diagram: Diagram) -> str:
     still = float(minimum_speed(diagram.rig, diagram.friction))
     hopf, fold = diagram.hopf[-1], diagram.special["fold"]
     return (
-        f"Bifurcation diagram in ω_ref, N_1 = {diagram.friction.normal_force:g} N and T_r2 = {diagram.rig.T_r2:g} N m: "
-        "equilibria e1, e2, and highest and lowest bit speed of the periodic branches p1, p2; stable solid, unstable "
-        f"dashed. H2, {hopf.criticality}, is at {hopf.speed_reference:.3f} rad/s and the fold, where p1 and p2 meet, "
-        f"at {fold:.3f} rad/s; between them (grey) steady rotation and stick-slip are both stable. H1 lies at ω_s = "
-        f"{diagram.special['H1']:g} rad/s: the chapter's ω_min ({still:.3f} rad/s) belongs to a drive without "
+        f"Bifurcation diagram in ω_ref, N_1 = {diagram.friction.normal_force:.4g} N and T_r2 = {diagram.rig.T_r2:g} "
+        "N m: equilibria e1, e2, and highest and lowest bit speed of the periodic branches p1, p2; stable solid, "
+        f"unstable dashed. H2, {hopf.criticality}, is at {hopf.speed_reference:.3f} rad/s and the fold, where p1 and "
+        f"p2 meet, at {fold:.3f} rad/s; between them (grey) steady rotation and stick-slip are both stable. H1 lies at "
+        f"ω_s = {diagram.special['H1']:g} rad/s: the chapter's ω_min ({still:.3f} rad/s) belongs to a drive without "
         "integrator."
     )
 
 
 def bistable_region(rig: Rig) -> Picture:
     """Beyond the chapter: where stick-slip and steady rotation are both stable, over (omega_ref, N_1)."""
-    curves = hopf_and_fold_curves(rig, Friction(), np.linspace(0.0, 40.0, 1601)[1:])
+    scales = Scales.of(rig)
+    heaviest, decay = 40.0 * scales.force, f"{scales.friction.v_b:.4g}"
+    curves = hopf_and_fold_curves(rig, pressed(rig, 10.0), np.linspace(0.0, heaviest, 1601)[1:])
     exists = np.isfinite(curves["fold_speed"])
     border, fold, forces = (curves[name][exists] for name in ("critical_speed", "fold_speed", "normal_force"))
     reach = scale(rig, 33.0)
@@ -156,11 +158,18 @@ def bistable_region(rig: Rig) -> Picture:
     axes.plot(fold, forces, color=DARK, lw=1.6, ls="-.", label="fold: stick-slip ends")
     if rig == Rig():
         _mark_the_chapters_runs(axes)
-    axes.text(0.4 * reach, 33.0, "stick-slip only", fontsize=9)
-    axes.text(4.4 * reach, 33.0, "bistable", fontsize=9, ha="center", bbox={"fc": "white", "ec": "none", "alpha": 0.8})
-    axes.text(5.6 * reach, 12.0, "steady rotation only", fontsize=9)
+    axes.text(0.4 * reach, 0.825 * heaviest, "stick-slip only", fontsize=9)
+    axes.text(
+        4.4 * reach,
+        0.825 * heaviest,
+        "bistable",
+        fontsize=9,
+        ha="center",
+        bbox={"fc": "white", "ec": "none", "alpha": 0.8},
+    )
+    axes.text(5.6 * reach, 0.3 * heaviest, "steady rotation only", fontsize=9)
     axes.set_xlim(0.0, 8.0 * reach)
-    axes.set_ylim(0.0, 40.0)
+    axes.set_ylim(0.0, heaviest)
     axes.set_xlabel(SPEED_REFERENCE)
     axes.set_ylabel(r"normal force $N_1$, N")
     figure.legend(loc="outside upper center", ncols=2)
@@ -171,7 +180,10 @@ def bistable_region(rig: Rig) -> Picture:
         "steady rotation are stable, and the run decides: to free a sticking rig for certain, the speed must pass the "
         "fold."
         + only_for_the_chapters(rig, " Marked are the chapter's own runs, by figure.")
-        + " μ_s, μ_k and v_b of table 4.1.",
+        + (
+            only_for_the_chapters(rig, " μ_s, μ_k and v_b of table 4.1.")
+            or f" μ_s, μ_k of table 4.1, v_b = {decay} s/rad."
+        ),
     )
 
 

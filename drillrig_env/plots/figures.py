@@ -55,9 +55,9 @@ _CAPTIONS = "captions.md"
 def draw(name: str, rig: RigLike = None) -> Picture:
     """Draw a figure with its caption below it, for the chapter's rig or one of your own (as `Rig.of` takes it).
 
-    On another rig, axes of speeds reach as far beside its fold as they do beside the chapter's, the normal forces are
-    the chapter's, and the caption says in what the rig differs. Raises `ValueError` for a name that is not in FIGURES,
-    and for a rig without what the figure shows.
+    On another rig, axes of speeds reach as far beside its fold as they do beside the chapter's; times, normal forces
+    and friction are those that correspond to the chapter's (see `drillrig_env.scales`); and the caption says in what
+    the rig differs. Raises `ValueError` for a name that is not in FIGURES, and for a rig without what the figure shows.
     """
     if name not in FIGURES:
         raise ValueError(f"figure {name!r} is not known; {closest(name, FIGURES)}")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES, minimum_speed
-from drillrig_env.plots.own_rig import only_for_the_chapters, scale
+from drillrig_env.plots.own_rig import only_for_the_chapters, pressed, rounded, scale
 from drillrig_env.plots.style import (
     BIT_SPEED,
     BLUE,
@@ -29,6 +29,7 @@ from drillrig_env.plots.style import (
     plot_stability,
 )
 from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 from drillrig_env.simulation import simulate
 from drillrig_env.stability import (
     critical_speed,
@@ -40,6 +41,7 @@ from drillrig_env.stability import (
 )
 
 _CUT = (2.625, 2.712)  # rad/s; the part of the imaginary axis that figure 4.10 shows
+_DIGIT = 0.012  # share of the axis that figure 4.10 takes for a digit
 _SHOWN = ((BIT_SPEED, "bit_speed"), (TWIST, "twist_12"), (r"current $i$, A", "current"))
 
 
@@ -50,7 +52,7 @@ def equilibrium_branches(rig: Rig) -> Picture:
     panels = figure.subplots(3, 2, sharex=True, sharey="row")
     told = []
     for column, (letter, force) in enumerate(zip("ab", (10.0, 20.0), strict=True)):
-        friction = Friction(force)
+        friction = pressed(rig, force)
         still, border = float(minimum_speed(rig, friction)), float(critical_speed(rig, friction))
         points = equilibria(rig, friction, np.sort(np.append(np.linspace(still, fastest, 300), border)))
         speed = points["speed_reference"]
@@ -70,9 +72,9 @@ def equilibrium_branches(rig: Rig) -> Picture:
             (4, 0),
             textcoords="offset points",
         )
-        panels[0, column].set_title(f"({letter}) $N_1$ = {force:g} N")
+        panels[0, column].set_title(f"({letter}) $N_1$ = {friction.normal_force:.4g} N")
         panels[2, column].set_xlabel(SPEED_REFERENCE)
-        told.append(f"{still:.4f} rad/s at {force:g} N")
+        told.append(f"{still:.4f} rad/s at {friction.normal_force:.4g} N")
     panels[0, 0].set_xlim(0.0, fastest)
     name_line_styles(panels[1, 0], "lower right")
     return Picture(
@@ -85,12 +87,12 @@ def equilibrium_branches(rig: Rig) -> Picture:
 
 def eigenvalue_crossing(rig: Rig) -> Picture:
     """Figure 4.10: the conjugate pair of the Jacobian (4-19) that crosses the imaginary axis at omega_c."""
-    friction = Friction(10.0)
+    friction = pressed(rig, 10.0)
     hopf = hopf_points(rig, friction)[-1]
     border = hopf.speed_reference
     reach = scale(rig, 10.0)
-    marks = [round(reach * value, 2) for value in (0.5, 0.75, 1.0, 1.25)]
-    marks += [border, *(round(reach * value, 2) for value in (2.5, 3.0, 4.0, 5.0))]
+    marks = [rounded(reach * value) for value in (0.5, 0.75, 1.0, 1.25)]
+    marks += [border, *(rounded(reach * value) for value in (2.5, 3.0, 4.0, 5.0))]
     speed = np.sort(np.append(np.linspace(0.45 * reach, 5.0 * reach, 300), border))
     pair = np.array([_string_mode(rig, friction, float(value), hopf.frequency) for value in speed])
     figure = new_figure(3.9)
@@ -98,9 +100,13 @@ def eigenvalue_crossing(rig: Rig) -> Picture:
     for axes, sign in zip(panels, (1.0, -1.0), strict=True):
         plot_stability(axes, pair.real, sign * pair.imag, speed >= border)
         axes.axvline(0.0, color=DARK, lw=0.9)
+        last = np.inf
         for value in marks:
             at = _string_mode(rig, friction, value, hopf.frequency)
             text = rf"$\omega_c$ = {value:.3f}" if value == border else f"{value:g}"
+            if abs(at.real - last) < _DIGIT * len(text) * np.ptp(pair.real) and value != border:
+                text = ""  # it would be written over the one before
+            last = at.real
             offset, side = ((5.0, 6.0 * sign), "left") if value == border else ((0.0, 6.0 * sign), "center")
             mark(axes, at.real, sign * at.imag, text, offset, ha=side, va="bottom" if sign > 0 else "top")
         axes.set_ylabel(r"Im $\lambda$, rad/s")
@@ -111,7 +117,7 @@ def eigenvalue_crossing(rig: Rig) -> Picture:
     return Picture(
         figure,
         f"The conjugate pair of eigenvalues of the Jacobian (4-19) that crosses the imaginary axis, N_1 = "
-        f"{friction.normal_force:g} N; numbers are ω* in rad/s. At ω_c = {border:.4f} rad/s the pair is "
+        f"{friction.normal_force:.4g} N; numbers are ω* in rad/s. At ω_c = {border:.4f} rad/s the pair is "
         f"±{hopf.frequency:.4f}i rad/s, and its real part falls by {-hopf.crossing_speed:.3f} 1/s per rad/s of ω*: "
         "not zero, as a Hopf bifurcation asks. The imaginary axis is cut between the two halves.",
     )
@@ -119,7 +125,7 @@ def eigenvalue_crossing(rig: Rig) -> Picture:
 
 def _around(values: FloatArray) -> tuple[float, float]:
     """Limits with some room about values."""
-    room = 0.2 * float(np.ptp(values)) + 1e-3
+    room = 0.2 * float(np.ptp(values)) + 1e-3 * float(np.abs(values).max())
     return float(values.min()) - room, float(values.max()) + room
 
 
@@ -131,17 +137,25 @@ def _string_mode(rig: Rig, friction: Friction, speed: float, frequency: float) -
 
 def torsional_vibration_map(rig: Rig) -> Picture:
     """Figure 4.11: the critical speed over (omega_ref, N_1), and a time response from either side of it."""
-    force, on = 20.0, 50.0
-    reach = scale(rig, force)
-    below, above = round(2.0 * reach, 2), round(4.0 * reach, 2)
+    reach, scales, friction = scale(rig, 20.0), Scales.of(rig), pressed(rig, 20.0)
+    force, on = 20.0 * scales.force, 50.0 * scales.time
+    below, above = rounded(2.0 * reach), rounded(4.0 * reach)
     figure = new_figure(3.3)
     panels: dict[str, Any] = figure.subplot_mosaic([["map", "upper"], ["map", "lower"]], width_ratios=(1.0, 1.15))
-    curves = hopf_and_fold_curves(rig, Friction(), np.linspace(0.0, 40.0, 1601)[1:])
+    heaviest = 40.0 * scales.force
+    curves = hopf_and_fold_curves(rig, friction, np.linspace(0.0, heaviest, 1601)[1:])
     vibrates = curves["critical_speed"] > 0.0
     border, forces = curves["critical_speed"][vibrates], curves["normal_force"][vibrates]
-    _draw_zones(panels["map"], border, forces, reach)
+    _draw_zones(panels["map"], border, forces, reach, heaviest)
     for axes, speed, marker in ((panels["upper"], below, "^"), (panels["lower"], above, "s")):
-        run = simulate(rig, speed_reference=speed, normal_force=[(0.0, 0.0), (on, force)], duration=100.0)
+        run = simulate(
+            rig,
+            friction,
+            speed_reference=speed,
+            normal_force=[(0.0, 0.0), (on, force)],
+            duration=100.0 * scales.time,
+            sample_period=0.01 * scales.time,
+        )
         axes.plot(run.time, run.bit_speed, color=BLUE, lw=0.9)
         axes.axvline(on, color=DARK, ls="--", lw=0.9)
         axes.set_ylabel(r"$\dot{\theta}_1$, rad/s")
@@ -152,12 +166,12 @@ def torsional_vibration_map(rig: Rig) -> Picture:
         panels["map"].plot(speed, force, marker, color=DARK, clip_on=False)
     panels["lower"].set_xlabel(TIME)
     panels["upper"].set_title(rf"(b) $\omega_{{ref}}$ = {below:g} rad/s")
-    fold = float(fold_speed(rig, Friction(force)))
+    fold = float(fold_speed(rig, friction))
     return Picture(
         figure,
         "(a) Torsional vibration map by the Hurwitz criterion: left of the curve of critical speeds the rig vibrates, "
         f"right of it steady rotation is stable. (b) Speed of disc 1 at the two points marked in (a), from rest, "
-        f"N_1 = 0 N until {on:g} s and {force:g} N from then on"
+        f"N_1 = 0 N until {on:.4g} s and {force:.4g} N from then on"
         + only_for_the_chapters(
             rig,
             ": it vibrates at 2 rad/s and does not at 4 rad/s, where a larger disturbance could still bring stick-slip",
@@ -167,13 +181,13 @@ def torsional_vibration_map(rig: Rig) -> Picture:
     )
 
 
-def _draw_zones(axes: Axes, border: FloatArray, forces: npt.NDArray[np.float64], reach: float) -> None:
+def _draw_zones(axes: Axes, border: FloatArray, forces: npt.NDArray[np.float64], reach: float, heaviest: float) -> None:
     axes.fill_betweenx(forces, 0.0, border, color=VERMILLION, alpha=0.14, lw=0.0)
     axes.plot(border, forces, color=DARK, lw=1.6)
-    axes.text(0.27 * reach, 31.0, "torsional\nvibrations", ha="left")
-    axes.text(3.2 * reach, 8.0, "no vibration:\nstable\nequilibria", ha="left")
+    axes.text(0.27 * reach, 0.775 * heaviest, "torsional\nvibrations", ha="left")
+    axes.text(3.2 * reach, 0.2 * heaviest, "no vibration:\nstable\nequilibria", ha="left")
     axes.set_xlim(0.0, 5.0 * reach)
-    axes.set_ylim(0.0, 40.0)
+    axes.set_ylim(0.0, heaviest)
     axes.set_xlabel(SPEED_REFERENCE)
     axes.set_ylabel(r"normal force $N_1$, N")
     axes.set_title("(a) map")

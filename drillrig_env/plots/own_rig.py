@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import isfinite
 
+from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 from drillrig_env.stability import fold_speed
 
 _MOST_NAMED = 4  # changed parameters that a caption names
 
 
-def scale(rig: Rig, normal_force: float) -> float:
-    """How far a rig's speeds reach beside those of the chapter's: the ratio of the folds at a normal force (N).
+def pressed(rig: Rig, normal_force: float | FloatArray) -> Friction:
+    """The friction of a rig at what corresponds to a normal force (N) on the chapter's; see `drillrig_env.scales`."""
+    scales = Scales.of(rig)
+    return replace(scales.friction, normal_force=normal_force * scales.force)
 
-    1.0 for the chapter's rig. `ValueError` where the rig has no stick-slip at that force.
+
+def scale(rig: Rig, normal_force: float) -> float:
+    """How far a rig's speeds reach beside those of the chapter's: the ratio of the folds at a normal force (N) of its.
+
+    1.0 for the chapter's rig. `ValueError` where the rig has no stick-slip at the force that corresponds to it.
     """
     if rig == Rig():
         return 1.0
-    own, chapter = (float(fold_speed(one, Friction(normal_force))) for one in (rig, Rig()))
+    friction = pressed(rig, normal_force)
+    own, chapter = float(fold_speed(rig, friction)), float(fold_speed(Rig(), Friction(normal_force)))
     if not isfinite(own):
-        raise ValueError(f"this rig has no stick-slip at {normal_force:g} N, and so no fold")
+        raise ValueError(f"this rig has no stick-slip at {friction.normal_force:.4g} N, and so no fold")
     return own / chapter
+
+
+def rounded(speed: float) -> float:
+    """A speed (rad/s) as it is written in a picture."""
+    return float(f"{speed:.3g}")
 
 
 def only_for_the_chapters(rig: Rig, text: str) -> str:

@@ -57,10 +57,10 @@ def _caption(run: Simulation) -> str:
     return (
         f"A run with ω_ref = {_span(run.speed_reference)} rad/s and N_1 = {_span(run.normal_force)} N, mu_s = "
         f"{run.friction.mu_s:g}, mu_k = {run.friction.mu_k:g}; critical speed ω_c = {steady:.3f} rad/s at N_1 = "
-        f"{pressed.normal_force:g} N."
+        f"{pressed.normal_force:.4g} N."
     )
 
 
 def _span(values: np.ndarray) -> str:
     low, high = float(values.min()), float(values.max())
-    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

@@ -18,6 +18,7 @@ from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.scales import Scales
 from drillrig_env.stability.fold import fold_speed
 from drillrig_env.stability.stable_sets import critical_speed
 from drillrig_env.stepper.batch import advance_batch
@@ -26,8 +27,10 @@ from drillrig_env.verdict import WINDOW, is_calm
 CALM, BISTABLE, VIBRATING = 0, 1, 2
 """Regions of the map: only calm rotation is stable, both are, only vibration is."""
 
+# On the chapter's rig:
 _NUDGE = 0.01  # rad/s of bit speed, beside steady rotation
 _ROUNDING = 1e-8  # rad/s; a swing below this is rounding
+_LEAD, _SHORTEST, _PERIOD = 20.0, 40.0, 0.1  # s: before the first window, of a run, from one look to the next
 _CHUNK = 4000  # rigs simulated at once
 
 
@@ -55,15 +58,17 @@ def simulated_map(
     friction: Friction,
     speeds: FloatArray,
     forces: FloatArray,
-    duration: float = 120.0,
+    duration: float | None = None,
     threads: int | None = None,
 ) -> VibrationMap:
     """The map by direct simulation, each point from steady rotation (nudged) and from a wound-up stuck rig.
 
-    A point vibrates where the nudged start does after `duration` s, and is bistable where only the
-    stuck start does. Points within a per cent of a border take longer than that to decide.
+    A point vibrates where the nudged start does after `duration` s (None: 120 s on the chapter's rig), and is bistable
+    where only the stuck start does. Points within a per cent of a border take longer than that to decide.
     """
     _check_grid(speeds, forces)
+    scales = Scales.of(rig)
+    duration = 120.0 * scales.duration if duration is None else duration
     grid = np.meshgrid(speeds, forces)
     speed, force = grid[0].ravel(), grid[1].ravel()
     nudged, stuck = np.empty(speed.shape, dtype=bool), np.empty(speed.shape, dtype=bool)
@@ -71,7 +76,7 @@ def simulated_map(
         part = slice(first, first + _CHUNK)
         frictions = replace(friction, normal_force=force[part])
         steady = steady_state(rig, frictions, speed[part])
-        calm_start = steady + _NUDGE * np.eye(7)[2]
+        calm_start = steady + _NUDGE * scales.speed * np.eye(7)[2]
         nudged[part] = vibrates(rig, frictions, speed[part], calm_start, duration, threads)
         stuck[part] = vibrates(rig, frictions, speed[part], wound_up(rig, frictions, speed[part]), duration, threads)
     region = np.where(nudged, VIBRATING, np.where(stuck, BISTABLE, CALM))
@@ -83,8 +88,8 @@ def load_step_margin(
     friction: FrictionLike,
     speeds: FloatArray,
     forces: FloatArray,
-    largest_step: float = 60.0,
-    duration: float = 60.0,
+    largest_step: float | None = None,
+    duration: float | None = None,
     halvings: int = 8,
     threads: int | None = None,
 ) -> FloatArray:
@@ -92,10 +97,13 @@ def load_step_margin(
 
     At each operating point the rig rotates steadily, N_1 steps up at once and stays up. The step is
     found by halving to `largest_step` / 2^`halvings`. 0 where the point itself vibrates; infinite where
-    even `largest_step` does no harm.
+    even `largest_step` does no harm. On the chapter's rig `largest_step` is 60 N and `duration` 60 s where None.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     _check_grid(speeds, forces)
+    scales = Scales.of(rig)
+    duration = 60.0 * scales.duration if duration is None else duration
+    largest_step = 60.0 * scales.force if largest_step is None else largest_step
     if not POSITIVE.holds(largest_step):
         raise refuse("load_step_margin", "largest_step", largest_step, "N", POSITIVE)
     grid = np.meshgrid(speeds, forces)
@@ -129,20 +137,23 @@ def vibrates(
     """Whether rigs are not calm over the last 10 s of `duration` s (> 40 s) from `states`, or shake ever more.
 
     The latter, a swing that has grown since the window from 20 to 30 s, is how a slow departure from an
-    unstable steady rotation shows. Shape (n,).
+    unstable steady rotation shows. These times are the chapter rig's, and grow with the rig's scale. Shape (n,).
     """
-    if not duration > 40.0:
-        raise refuse("vibration map", "duration", duration, "s", "> 40")
-    lead, window = round(20.0 / 0.1), round(WINDOW / 0.1)
+    scales = Scales.of(rig)
+    if not duration > _SHORTEST * scales.time:
+        raise refuse("vibration map", "duration", duration, "s", f"> {_SHORTEST * scales.time:g}")
+    lead, window, period = round(_LEAD / _PERIOD), round(WINDOW / _PERIOD), _PERIOD * scales.time
 
     def advance(start: FloatArray, periods: int, every: int) -> FloatArray:
-        return advance_batch(rig, friction, start, speed_reference, periods=periods, every=every, threads=threads)
+        return advance_batch(
+            rig, friction, start, speed_reference, period=period, periods=periods, every=every, threads=threads
+        )
 
     first = advance(advance(states, lead, lead)[:, -1], window, 1)
-    rest = round(duration / 0.1) - lead - 2 * window
+    rest = round(duration / period) - lead - 2 * window
     speed = advance(advance(first[:, -1], rest, rest)[:, -1], window, 1)[:, :, 2]
-    growing = np.ptp(speed, axis=1) > np.maximum(np.ptp(first[:, :, 2], axis=1), _ROUNDING)
-    calm = np.asarray(is_calm(speed.min(axis=1), speed.max(axis=1), speed.mean(axis=1)))
+    growing = np.ptp(speed, axis=1) > np.maximum(np.ptp(first[:, :, 2], axis=1), _ROUNDING * scales.speed)
+    calm = np.asarray(is_calm(speed.min(axis=1), speed.max(axis=1), speed.mean(axis=1), scales.speed))
     return np.asarray(~calm | growing)
 
 

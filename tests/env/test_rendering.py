@@ -11,6 +11,7 @@ from gymnasium.utils.env_checker import check_env
 
 from drillrig_env import Rig
 from drillrig_env.env.single import DrillRigEnv
+from tests.rigs import scaled
 
 pygame = pytest.importorskip("pygame", reason="rendering needs the extra `render` (pygame-ce)")
 
@@ -180,3 +181,29 @@ def test_record_video_writes_a_film(env, tmp_path):
     film.close()
     (path,) = tmp_path.glob("films/*.mp4")
     assert path.stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("highest", "marks"),
+    [
+        (10.0, [0, 2, 4, 6, 8, 10]),
+        (7.5, [0, 2, 4, 6]),
+        (36.0, [0, 10, 20, 30]),
+        (0.06, [0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06]),
+    ],
+)
+def test_axes_have_round_numbers_at_any_size(highest, marks):
+    from drillrig_env.env.charts import _steps
+
+    assert _steps(highest) == marks
+
+
+def test_a_picture_of_a_scaled_rig_shows_the_scaled_episode():
+    frames = []
+    for rig in (None, scaled(time=0.25)):
+        env = gym.make("DrillRig-v0", rig=rig, render_mode="rgb_array")
+        env.reset(seed=4)
+        for _ in range(30):
+            env.step(np.array([0.5], dtype=np.float32))
+        frames.append(env.render())
+    assert np.mean(frames[0] != frames[1]) < 0.02  # but for the numbers

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drillrig_env.plots.animation import Film, frames, main
+from tests.rigs import scaled
 
 pytest.importorskip("pygame", reason="the animation needs the extra `render` (pygame-ce)")
 
@@ -72,3 +73,10 @@ def test_the_help_teaches(capsys):
     text = capsys.readouterr().out
     assert "drillrig animate --output docs/images/stick_slip.gif" in text
     assert "pip install '.[render]'" in text
+
+
+def test_a_film_of_another_rig_takes_its_own_forces_speeds_and_times():
+    film = Film(rig=scaled(time=0.5, torque=4.0))
+    assert (film.normal_force, film.speed_target, film.hold) == (20.0, 6.4, 3.0)
+    assert Film(rig=film.rig, normal_force=5.0).normal_force == 5.0
+    assert (film.frame_time, film.task.duration) == (25, 60.0)

@@ -13,7 +13,9 @@ from matplotlib.text import Text
 from drillrig_env import Friction, Rig, simulate
 from drillrig_env.plots.__main__ import main
 from drillrig_env.plots.figures import FIGURES, draw, write
+from drillrig_env.plots.own_rig import pressed
 from drillrig_env.stability import critical_speed, fold_speed
+from tests.rigs import FAST, FIELD, scaled
 
 QUICK = ("4.1", "4.10")
 
@@ -203,12 +205,12 @@ def test_every_figure_is_drawn_for_a_rig_of_ones_own_and_says_in_what_it_differs
         assert "For a rig with J_1 = 0.04 kg m^2, k_1 = 0.9 N m/rad: " in own.caption
         assert "For a rig" not in chapter.caption
         assert "the chapter prints" not in own.caption
-    fold = float(fold_speed(rig, Friction(10.0)))
+    fold = float(fold_speed(rig, pressed(rig, 10.0)))
     assert f"{fold:.3f} rad/s" in draw("4.12", {"k_1": 0.9, "J_1": 0.04}).caption
 
 
 def test_a_rig_without_stick_slip_has_the_figures_that_it_can_have(tmp_path, capsys):
-    Rig(r_1=1e-3).to_toml(tmp_path / "weak.toml")
+    Rig(d_1=1.0, d_2=1.0).to_toml(tmp_path / "weak.toml")
     arguments = ["--only", "4.1", "4.12", "--format", "svg", "--output", str(tmp_path / "own")]
     assert main([*arguments, "--rig", str(tmp_path / "weak.toml")]) == 1
     said = capsys.readouterr()
@@ -224,3 +226,15 @@ def test_a_rig_file_that_is_wrong_is_named_before_anything_is_drawn(tmp_path, ca
     assert refusal.value.code == 2
     assert "unknown key k1 = 0.9; did you mean k_1?" in capsys.readouterr().err
     assert not (tmp_path / "own").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rig", [FAST, FIELD])
+def test_every_figure_is_drawn_for_rigs_of_other_sizes(rig, tmp_path):
+    assert list(write(tmp_path, formats=["png"], rig=rig)) == list(FIGURES)
+
+
+def test_figures_of_a_scaled_rig_say_the_scaled_numbers():
+    caption = draw("4.4", scaled(time=0.5, torque=4.0)).caption
+    assert "ω_ref = 6.28 rad/s" in caption
+    assert "N_1 = 25 N" in caption  # on a pin that presses at four times the radius

@@ -1,11 +1,14 @@
 """The environment that a policy belongs in: made by the policy, and told from one that differs."""
 
+import warnings
+
 import gymnasium as gym
 import numpy as np
 import pytest
 
 import drillrig_env
 from drillrig_env.policy import load, make_policy
+from tests.rigs import scaled
 
 
 @pytest.mark.parametrize("name", ["lqg", "soft_torque", "ppo", "ppo_soft", "ppo_surface_soft"])
@@ -57,3 +60,20 @@ def test_a_change_that_leaves_its_environment_is_refused_and_another_is_warned_o
 def test_observations_of_other_sensors_are_refused():
     with pytest.raises(ValueError, match=r"shape of an observation = \(5,\).*twist_12"):
         load("ppo").predict(np.zeros((2, 5), np.float32))
+
+
+def test_a_policy_acts_on_a_scaled_rig_as_on_its_own():
+    """Observations and slew limit are scaled, so that an agent's action means the same; and it may be asked of both."""
+    rig = scaled(time=0.25, torque=2.0)
+    own, elsewhere = gym.make("DrillRig-v0", duration=3.0), gym.make("DrillRig-v0", rig=rig, duration=0.75)
+    for name in ("ppo", "lqg"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that the agent was made for another rig
+            ours, theirs = load(name, env=own), load(name, env=elsewhere)
+        seen, shown, memory, kept = own.reset(seed=2)[0], elsewhere.reset(seed=2)[0], None, None
+        for _ in range(29):
+            np.testing.assert_array_equal(seen, shown)
+            action, memory = ours.predict(seen, memory)
+            same, kept = theirs.predict(shown, kept)
+            np.testing.assert_array_equal(action, same)
+            seen, shown = own.step(action)[0], elsewhere.step(same)[0]

@@ -141,8 +141,8 @@ def test_a_map_starts_each_rig_nudged_and_stuck_four_thousand_at_a_time(monkeypa
 def verdict_of(monkeypatch, bit_speed, duration=60.0):
     """What `vibrates` says of a bit whose speed is any function of time, which the pretended state carries."""
 
-    def pretended(rig, friction, states, speed_reference, *, periods, every, threads=None):
-        after = 0.1 * every * np.arange(1, periods // every + 1)
+    def pretended(rig, friction, states, speed_reference, *, period, periods, every, threads=None):
+        after = period * every * np.arange(1, periods // every + 1)
         samples = np.zeros((len(states), len(after), 7))
         samples[:, :, 0] = states[:, :1] + after
         samples[:, :, 2] = bit_speed(np.round(samples[:, :, 0], 6))
