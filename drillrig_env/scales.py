@@ -25,9 +25,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from math import pi, sqrt
+from math import inf, pi, sqrt
 
+from drillrig_env.allowed import Allowed
+from drillrig_env.drive import Drive
 from drillrig_env.friction import Friction
+from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
 
 CONTROL_PERIOD = 0.1
@@ -43,6 +46,8 @@ DURATION = 60.0
 """Length of an episode on the chapter's rig unless another is asked for, s."""
 
 _LEAST_DAMPING = 0.1  # of the chapter rig's damping ratio; a string without damping is not calmed by light loads
+
+_PERIODS = Allowed(1e-9, 1e9)  # s
 
 _SPEED, _TORQUE = 3.0, 0.3  # rad/s and N m: the middle of what is drawn, for the motor's current and voltage
 _SPEED_SWING, _CURRENT_SWING = 1.0, 0.5  # rad/s and A: by which speed and current of the motor swing
@@ -213,6 +218,13 @@ class Scales:
             "": 1.0,
         }
 
+    def drive(self, drive: Drive, other: Scales) -> Drive:
+        """The setting of this rig's drive that is as stiff, counted so, as `drive` is on a rig with `other` scales."""
+        volts = _volts_per_torque(self.rig) / _volts_per_torque(other.rig)
+        stiffness = (self.torque / self.angle) / (other.torque / other.angle)
+        damping = stiffness * (self.time / other.time)
+        return Drive(drive.k_p * damping * volts, drive.k_i * stiffness * volts, drive.back_emf_share)
+
     @property
     def friction(self) -> Friction:
         """The chapter's friction on this rig, at the force that corresponds to 10 N."""
@@ -228,7 +240,7 @@ class Scales:
     def _current(self) -> float:
         """Current (A) of the motor at the middle of what is drawn."""
         rig = self.rig
-        resistance = rig.eta * rig.T_f + rig.eta**2 * rig.C_m * _SPEED * self.speed
+        resistance = rig.eta * rig.T_f + rig.eta * rig.eta * rig.C_m * _SPEED * self.speed
         return (_TORQUE * self.load + resistance) / (rig.eta * rig.K_T)
 
     @property
@@ -250,9 +262,17 @@ _OWN = Scales()
 def slowest_period(rig: Rig) -> float:
     """Period (s) of the slowest torsional mode, with the top held still and without damping.
 
-    In closed form, so that it scales with the rig to the last bit where its parameters do by powers of two.
+    In closed form, so that it scales with the rig to the last bit where its parameters do by powers of two. Raises
+    `ValueError` for a period that is beyond what can be computed.
     """
-    return 2.0 * pi / sqrt(_slowest(rig))
+    try:
+        period = 2.0 * pi / sqrt(_slowest(rig))
+    except ArithmeticError:  # J and k are further apart than numbers reach
+        period = inf
+    if not _PERIODS.holds(period):
+        shown = ", ".join(f"{name} = {getattr(rig, name):g}" for name in ("J_1", "J_2", "k_1", "k_2"))
+        raise refuse("Rig", f"slowest period with {shown}", period, "s", _PERIODS)
+    return period
 
 
 @lru_cache(maxsize=64)
@@ -260,6 +280,11 @@ def slowest_damping(rig: Rig) -> float:
     """Damping (N m s/rad) of that mode, as a damper on disc 1 that takes as much power."""
     twist = rig.J_1 * _slowest(rig) / rig.k_1  # of the lower shaft, where disc 1 turns by 1
     return rig.d_1 * twist**2 + rig.d_2 * (1.0 - twist) ** 2
+
+
+def _volts_per_torque(rig: Rig) -> float:
+    """Voltage (V) that the motor needs for a torque behind the gear (N m)."""
+    return rig.R / (rig.eta * rig.K_T)
 
 
 def _slowest(rig: Rig) -> float:

@@ -37,7 +37,7 @@ class Agent(AtHome):
         of_task = {name: value for name, value in self.environment.items() if name in TASK_FIELDS}
         self._task = Task.of(of_task)  # in which it was trained
         self._acting = self.slew_limit  # what its action 1 stands for now, rad/s^2
-        self._elsewhere = 1.0  # by what rates are larger on the rig that it acts on than on its own
+        self._scales: Scales | None = None  # of the rig that it acts on; None for its own
 
     @property
     def env_id(self) -> str:
@@ -63,8 +63,9 @@ class Agent(AtHome):
 
     @property
     def drive(self) -> Drive | None:
-        """The drive that the agent was trained on; None for the rig's own."""
-        return self._task.drive
+        """The drive that the agent was trained on, as the rig that it acts on has it; None for the rig's own."""
+        own = self._task.drive
+        return own if own is None or self._scales is None else self._scales.drive(own, self._task.scales)
 
     @property
     def slew_limit(self) -> float:
@@ -83,8 +84,13 @@ class Agent(AtHome):
         """
         agent = type(self)(self.model, self.config)
         agent._acting = slew_limit
-        agent._elsewhere = 1.0 if scales is None else scales.rate / self._task.scales.rate
+        agent._scales = None if scales == self._task.scales else scales
         return agent
+
+    @property
+    def _elsewhere(self) -> float:
+        """By what rates are larger on the rig that it acts on than on its own."""
+        return 1.0 if self._scales is None else self._scales.rate / self._task.scales.rate
 
     def predict(
         self,

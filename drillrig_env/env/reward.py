@@ -55,7 +55,7 @@ class Reward:
     )
     tracking_shape: str = parameter("square", meaning="e^2, or |e|", allowed=_SHAPE)
     time_constant: float = parameter(
-        2.5, "s", "of the running mean and variance: about one stick-slip period", allowed=Allowed(1e-3, 1e6)
+        2.5, "s", "of the running mean and variance: about one stick-slip period", allowed=Allowed(1e-12, 1e12)
     )
     form: str = parameter("sum", meaning="the terms as a sum, or in phases: first calm, then on target", allowed=_FORM)
 

@@ -208,3 +208,16 @@ def test_lengths_of_episodes_are_whole_steps_of_the_rig():
     assert Task.for_rig(FIELD).steps == round(300 + 300 / Scales.of(FIELD).damping)
     assert Task.for_rig(FIELD, control_period=0.2, duration=60.0).duration == pytest.approx(60.0)
     assert {item.name for item in fields(Task)} >= {"control_period", "largest_reference"}
+
+
+@pytest.mark.parametrize("change", [{"J_1": 1e200}, {"J_1": 1e-300}, {"k_1": 1e300}, {"k_1": 1e-300, "k_2": 1e-300}])
+def test_a_rig_whose_period_cannot_be_computed_is_refused(change):
+    with pytest.raises(ValueError, match=r"Rig: slowest period with J_1 = .* is not allowed; allowed: >= 1e-09"):
+        Task.for_rig(change)
+
+
+def test_a_string_without_damping_is_loaded_lightly_and_has_long_episodes():
+    task = Task.for_rig({"d_1": 0.0, "d_2": 0.0})
+    assert task.scenario.normal_force == (0.5, 3.0)
+    assert (task.duration, task.control_period) == (330.0, 0.1)
+    assert Task.for_rig({"d_1": 0.2, "d_2": 0.2}).scenario.normal_force == (5.0, 30.0)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import drillrig_env
+from drillrig_env import Drive
 from drillrig_env.policy import load, make_policy
 from tests.rigs import scaled
 
@@ -77,3 +78,9 @@ def test_a_policy_acts_on_a_scaled_rig_as_on_its_own():
             same, kept = theirs.predict(shown, kept)
             np.testing.assert_array_equal(action, same)
             seen, shown = own.step(action)[0], elsewhere.step(same)[0]
+
+
+def test_a_soft_drive_of_an_agent_is_as_soft_on_a_scaled_rig():
+    own, elsewhere = make_policy("ppo_soft").drive, make_policy("ppo_soft", rig=scaled(time=0.25, torque=2.0)).drive
+    assert elsewhere == Drive(0.25 * own.k_p, own.k_i, own.back_emf_share)
+    assert make_policy("ppo", rig=scaled(time=0.25)).drive is None
