@@ -24,14 +24,11 @@ of the chapter's rig, scaled: bit for bit for powers of two.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from math import inf, pi, sqrt
 
-from drillrig_env.allowed import Allowed
 from drillrig_env.drive import Drive
 from drillrig_env.friction import Friction
-from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.slowest_mode import slowest_damping, slowest_period
 
 CONTROL_PERIOD = 0.1
 """Length of a control step on the chapter's rig, over which the speed reference is held constant, s."""
@@ -45,9 +42,7 @@ LARGEST_REFERENCE = 10.0
 DURATION = 60.0
 """Length of an episode on the chapter's rig unless another is asked for, s."""
 
-_LEAST_DAMPING = 0.1  # of the chapter rig's damping ratio; a string without damping is not calmed by light loads
-
-_PERIODS = Allowed(1e-9, 1e9)  # s
+_LEAST_DAMPING = 0.1  # of the chapter rig's damping ratio; a string without any would be loaded with nothing
 
 _SPEED, _TORQUE = 3.0, 0.3  # rad/s and N m: the middle of what is drawn, for the motor's current and voltage
 _SPEED_SWING, _CURRENT_SWING = 1.0, 0.5  # rad/s and A: by which speed and current of the motor swing
@@ -258,37 +253,6 @@ class Scales:
 _OWN = Scales()
 
 
-@lru_cache(maxsize=64)
-def slowest_period(rig: Rig) -> float:
-    """Period (s) of the slowest torsional mode, with the top held still and without damping.
-
-    In closed form, so that it scales with the rig to the last bit where its parameters do by powers of two. Raises
-    `ValueError` for a period that is beyond what can be computed.
-    """
-    try:
-        period = 2.0 * pi / sqrt(_slowest(rig))
-    except ArithmeticError:  # J and k are further apart than numbers reach
-        period = inf
-    if not _PERIODS.holds(period):
-        shown = ", ".join(f"{name} = {getattr(rig, name):g}" for name in ("J_1", "J_2", "k_1", "k_2"))
-        raise refuse("Rig", f"slowest period with {shown}", period, "s", _PERIODS)
-    return period
-
-
-@lru_cache(maxsize=64)
-def slowest_damping(rig: Rig) -> float:
-    """Damping (N m s/rad) of that mode, as a damper on disc 1 that takes as much power."""
-    twist = rig.J_1 * _slowest(rig) / rig.k_1  # of the lower shaft, where disc 1 turns by 1
-    return rig.d_1 * twist**2 + rig.d_2 * (1.0 - twist) ** 2
-
-
 def _volts_per_torque(rig: Rig) -> float:
     """Voltage (V) that the motor needs for a torque behind the gear (N m)."""
     return rig.R / (rig.eta * rig.K_T)
-
-
-def _slowest(rig: Rig) -> float:
-    """Square of the mode's angular frequency, 1/s^2."""
-    bit, collars = rig.k_1 / rig.J_1, (rig.k_1 + rig.k_2) / rig.J_2
-    spread = sqrt((collars - bit) ** 2 + 4.0 * (rig.k_1 / rig.J_1) * (rig.k_1 / rig.J_2))
-    return 2.0 * (rig.k_1 / rig.J_1) * (rig.k_2 / rig.J_2) / (bit + collars + spread)

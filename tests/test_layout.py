@@ -24,7 +24,7 @@ FLOORS = [
         "jit",
     ],
     ["rig"],
-    ["drive", "friction"],
+    ["drive", "friction", "slowest_mode"],
     ["flags", "scales"],
     ["model"],
     ["reference"],

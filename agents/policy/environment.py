@@ -12,13 +12,16 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 import drillrig_env
+from drillrig_env.drive import Drive
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.sb3 import DrillRigVecEnv
+from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.task import TASK_FIELDS
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 
 
 def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[str, Any]:
@@ -33,6 +36,23 @@ def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[st
     if isinstance(reward, Mapping):
         _refuse_unknown(f"{env_id}: the reward has no field", reward, [item.name for item in fields(Reward)])
     return {**drillrig_env.ENVIRONMENTS[env_id], **env_kwargs}
+
+
+def scaled_arguments(env_kwargs: Mapping[str, Any], scales: Scales) -> dict[str, Any]:
+    """Arguments that were chosen on the chapter's rig as they are on a rig with such scales."""
+    found = dict(env_kwargs)
+    if scales == Scales():
+        return found
+    if isinstance(found.get("scenario"), Mapping):
+        scenario = Scenario.named(found["scenario"]).at(scales)
+        found["scenario"] = {name: getattr(scenario, name) for name in found["scenario"]}
+    if isinstance(found.get("reward"), Mapping) and "time_constant" in found["reward"]:
+        found["reward"] = {**found["reward"], "time_constant": found["reward"]["time_constant"] * scales.time}
+    factors = {"slew_limit": scales.rate, "control_period": scales.time, "duration": scales.duration}
+    found |= {name: found[name] * factor for name, factor in factors.items() if found.get(name) is not None}
+    if (drive := Drive.of(found.get("drive"))) is not None:
+        found["drive"] = scales.drive(drive, Scales()).as_dict()
+    return found
 
 
 def plain_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[str, Any]:

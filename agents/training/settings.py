@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.policy.environment import check_arguments, plain_arguments
+from agents.policy.environment import check_arguments, plain_arguments, scaled_arguments
 from agents.policy.run_folder import find_run, read_config
 from agents.training.device import DEVICES
 from agents.training.hyperparameters import ALGORITHMS, hyperparameters
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
 from drillrig_env.parameters import check_fields, parameter, refuse
+from drillrig_env.scales import Scales
 from drillrig_env.seeds import TRAINING_SEEDS
 
 _PARTS = 10
@@ -90,6 +91,9 @@ def checked_config(training: Training) -> dict[str, Any]:
     table = {name: value for name, value in base["hyperparameters"].items() if name != "imitation"} if base else None
     chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file, table)
     given = base["env_kwargs"] if base else chosen.get("env_kwargs", {})
+    if "rig" not in given:  # its numbers are those of the chapter's rig
+        scales = Scales.of(training.env_kwargs.get("rig"), training.env_kwargs.get("largest_reference"))
+        given = scaled_arguments(given, scales)
     env_kwargs = plain_arguments(training.env_id, {**given, **training.env_kwargs})
     check_arguments(training.env_id, env_kwargs)
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]

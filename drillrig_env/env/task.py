@@ -11,12 +11,15 @@ import numpy as np
 
 from drillrig_env.allowed import Allowed, Made
 from drillrig_env.drive import Drive
+from drillrig_env.env.reward import PRESETS as REWARDS
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import LEAST_TARGET, Scenario
+from drillrig_env.env.scenario import PRESETS as SCENARIOS
 from drillrig_env.env.sensors import LONGEST_DELAY, SENSORS, Sensors
 from drillrig_env.parameters import POSITIVE, checked, closest, parameter, refuse
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.scales import CONTROL_PERIOD, DURATION, LARGEST_REFERENCE, SLEW_LIMIT, Scales, slowest_period
+from drillrig_env.scales import CONTROL_PERIOD, DURATION, LARGEST_REFERENCE, SLEW_LIMIT, Scales
+from drillrig_env.slowest_mode import slowest_period
 
 LONGEST_EPISODE = 1e5
 """Longest `duration` of an episode on the chapter's rig, s."""
@@ -208,7 +211,26 @@ class Task:
                 raise TypeError(f"DrillRig: unexpected keyword argument {name!r}; {closest(name, TASK_FIELDS)}")
             if name not in TASK_FIELDS:
                 raise ValueError(f"DrillRig: unknown field {name!r} of the task; {closest(name, TASK_FIELDS)}")
-        return replace(task, **changes) if isinstance(task, cls) else cls(**changes)
+        return task._with(changes) if isinstance(task, cls) else cls(**changes)
+
+    def _with(self, changes: Mapping[str, Any]) -> Task:
+        """The task with some fields anew; on another rig, what was the rig's own is that rig's own."""
+        if not {"rig", "largest_reference"} & set(changes):
+            return replace(self, **changes)
+        own = type(self).for_rig(self.rig, largest_reference=self.largest_reference)
+        anew: dict[str, Any] = {}
+        for name in ("slew_limit", "control_period", "duration"):
+            if getattr(self, name) == getattr(own, name):
+                anew[name] = None
+        if self.largest_reference == type(self).for_rig(self.rig).largest_reference:
+            anew["largest_reference"] = None
+        for preset in SCENARIOS:
+            if self.scenario == Scenario.named(preset, own.scales):
+                anew["scenario"] = preset
+        for kind in (None, *REWARDS):
+            if self.reward == Reward.of(kind, own.scales.time):
+                anew["reward"] = kind
+        return replace(self, **{**anew, **changes})
 
     @property
     def delays(self) -> tuple[int, int]:

@@ -1,8 +1,12 @@
 import pytest
 from torch import nn
 
+from agents.policy.environment import scaled_arguments
 from agents.training.hyperparameters import HYPERPARAMETER_FILES, algorithm_arguments, hyperparameters, read_pairs
 from agents.training.schedules import policy_kwargs, schedule
+from agents.training.settings import Training, checked_config
+from drillrig_env.scales import Scales
+from tests.rigs import FIELD, scaled
 
 
 @pytest.mark.parametrize("env_id", ["DrillRig-v0", "DrillRigSurface-v0"])
@@ -58,3 +62,23 @@ def test_network_as_text():
 def test_unknown_names_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         hyperparameters(*arguments)
+
+
+def test_a_recipe_goes_with_the_rig_that_is_trained_on():
+    """Files of hyperparameters have the chapter rig's numbers; those of the command line are taken as they are."""
+    rig = scaled(time=0.5, torque=4.0)
+    plain = checked_config(Training("ppo"))["env_kwargs"]
+    own = checked_config(Training("ppo", env_kwargs={"rig": rig}))["env_kwargs"]
+    assert (
+        plain["scenario"]["normal_force"] == own["scenario"]["normal_force"] == [2.0, 40.0]
+    )  # at four times the radius
+    own = checked_config(Training("ppo", env_kwargs={"rig": FIELD, "slew_limit": 7.0}))["env_kwargs"]
+    force = Scales.of(FIELD).force
+    assert own["scenario"]["normal_force"] == [2.0 * force, 40.0 * force]
+    assert own["scenario"]["spread"] == plain["scenario"]["spread"]
+    assert own["slew_limit"] == 7.0
+    found = scaled_arguments(
+        {"drive": [0.4, 0.1], "slew_limit": 1.0, "reward": {"time_constant": 2.0}, "duration": 30.0}, Scales.of(rig)
+    )
+    assert found["drive"] == {"k_p": 0.2, "k_i": 0.1, "back_emf_share": 0.0}
+    assert (found["slew_limit"], found["reward"], found["duration"]) == (4.0, {"time_constant": 1.0}, 15.0)

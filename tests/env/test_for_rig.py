@@ -13,7 +13,8 @@ import drillrig_env
 from drillrig_env import Rig, Task
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.sensors import CHANNELS, SENSORS
-from drillrig_env.scales import Scales, slowest_period
+from drillrig_env.scales import Scales
+from drillrig_env.slowest_mode import slowest_period
 from tests.rigs import FAST, FIELD, scaled
 
 EVERYTHING = tuple(channel.name for channel in CHANNELS)
@@ -221,3 +222,15 @@ def test_a_string_without_damping_is_loaded_lightly_and_has_long_episodes():
     assert task.scenario.normal_force == (0.5, 3.0)
     assert (task.duration, task.control_period) == (330.0, 0.1)
     assert Task.for_rig({"d_1": 0.2, "d_2": 0.2}).scenario.normal_force == (5.0, 30.0)
+
+
+def test_a_task_that_moves_to_another_rig_takes_the_numbers_of_that_rig():
+    task = Task.of({"scenario": "wide", "reward": "phases"}, noise=1.0)
+    moved = Task.of(task, rig=FAST)
+    assert moved == Task.for_rig(FAST, scenario="wide", reward="phases", noise=1.0)
+    assert Task.of(moved, rig=Rig()) == task
+    assert Task.of(Task(), largest_reference=20.0) == Task(largest_reference=20.0)
+    assert Task.of(Task(slew_limit=1.5, duration=3.0), rig=FAST).slew_limit == 1.5
+    own = drillrig_env.Scenario(speed_target=(7.0, 8.0))
+    assert Task.of(Task(scenario=own), rig=FAST).scenario is own
+    assert gym.make("DrillRig-v0", task=Task(), rig=FAST).unwrapped.task == Task.for_rig(FAST)
