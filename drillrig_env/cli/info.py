@@ -5,7 +5,8 @@
   drillrig info --write my_rig.toml --write-friction my_friction.toml   # the chapter's, to edit
 
 Below the critical speed omega_c steady rotation is unstable: the rig will stick and slip. Above the fold
-there is no stick-slip. Between them both are stable, and what the rig does depends on what it did before.
+there is no stick-slip (at heavy loads: above the end, a little higher). Between them both are stable, and what
+the rig does depends on what it did before.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig info") ->
 
 def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     """What follows from the parameters, a line each: name, value, unit, meaning."""
-    from drillrig_env.stability import critical_slope, critical_speed, fold_speed
+    from drillrig_env.stability import critical_slope, critical_speed, end_of_stick_slip, fold_speed
 
     low, high = rig.string_frequencies
     yield _line("f_1, f_2", f"{low:.3f}, {high:.3f}", "Hz", "frequencies of the string, the top held still")
@@ -78,16 +79,19 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     about = "critical speed: below it steady rotation is unstable" if isfinite(speed) else "no speed is stable"
     yield _line("omega_c", f"{speed:.3f}", "rad/s", about)
     try:
-        fold = float(fold_speed(rig, friction))
+        fold, end = float(fold_speed(rig, friction)), end_of_stick_slip(rig, friction)
     except (ValueError, FloatingPointError) as error:
         yield _line("fold", "?", "rad/s", str(error))
         return
-    if isfinite(fold):
-        yield _line(
-            "fold", f"{fold:.3f}", "rad/s", "above it there is no stick-slip; from omega_c to here both are stable"
-        )
-    else:
+    both = "above it there is no stick-slip; from omega_c to here both are stable"
+    if end.kind == "none":
         yield _line("fold", "none", "", "friction is too weak for stick-slip")
+    elif end.kind == "grazing":
+        yield _line("fold", f"{fold:.3f}", "rad/s", both)
+    else:
+        if isfinite(fold):
+            yield _line("fold", f"{fold:.3f}", "rad/s", "orbits that slip all the time end here")
+        yield _line("end", f"{float(end.speed):.3f}", "rad/s", both)
 
 
 def _orbit(rig: Rig, friction: Friction, speed_reference: float) -> Iterator[str]:

@@ -21,7 +21,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.extras import missing
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
-from drillrig_env.stability import critical_speed, fold_speed
+from drillrig_env.stability import critical_speed, end_of_stick_slip
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 try:
@@ -154,7 +154,7 @@ def _boundaries(
 
 def _fold(rig: Rig, friction: Friction) -> float:
     try:
-        return float(fold_speed(rig, friction))
+        return float(end_of_stick_slip(rig, friction).speed)
     except ValueError:  # friction too strong for a fold within reach of the drive, or a rig that is never stable
         return np.inf
 

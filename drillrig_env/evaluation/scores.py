@@ -10,7 +10,7 @@ from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.friction import Friction
 from drillrig_env.model import steady_state, torque_into_string
 from drillrig_env.rig import Rig
-from drillrig_env.stability import critical_slope, critical_speed, fold_speed
+from drillrig_env.stability import critical_slope, critical_speed, end_of_stick_slip
 from drillrig_env.verdict import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
 
 TRAILING = 5.0
@@ -91,17 +91,17 @@ def folds(rig: Rig, friction: Friction) -> FloatArray:
     """Speed (rad/s) at which stick-slip ends, one entry a rig.
 
     NaN where friction is so weak that there is no stick-slip: calm rotation is all there is. Infinite
-    where friction is too strong for a fold that could be followed, far beyond what the drive reaches.
+    where friction is too strong for stick-slip that could be followed, far beyond what the drive reaches.
     """
     try:
-        return np.atleast_1d(fold_speed(rig, friction))
+        return np.atleast_1d(end_of_stick_slip(rig, friction).speed)
     except ValueError:
         return np.array([_fold(rig, Friction(*one)) for one in friction.as_array().tolist()])
 
 
 def _fold(rig: Rig, friction: Friction) -> float:
     try:
-        return float(fold_speed(rig, friction))
+        return float(end_of_stick_slip(rig, friction).speed)
     except ValueError:
         return np.inf
 

@@ -147,8 +147,8 @@ def bistable_region(rig: Rig) -> Picture:
     scales = Scales.of(rig)
     heaviest, decay = 40.0 * scales.force, f"{scales.friction.v_b:.4g}"
     curves = hopf_and_fold_curves(rig, pressed(rig, 10.0), np.linspace(0.0, heaviest, 1601)[1:])
-    exists = np.isfinite(curves["fold_speed"])
-    border, fold, forces = (curves[name][exists] for name in ("critical_speed", "fold_speed", "normal_force"))
+    exists = np.isfinite(curves["end_of_stick_slip"])
+    border, fold, forces = (curves[name][exists] for name in ("critical_speed", "end_of_stick_slip", "normal_force"))
     reach = scale(rig, 33.0)
     figure = new_figure(3.9)
     axes = figure.subplots()

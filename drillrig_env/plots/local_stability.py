@@ -34,8 +34,8 @@ from drillrig_env.simulation import simulate
 from drillrig_env.stability import (
     critical_speed,
     eigenvalues,
+    end_of_stick_slip,
     equilibria,
-    fold_speed,
     hopf_and_fold_curves,
     hopf_points,
 )
@@ -166,7 +166,7 @@ def torsional_vibration_map(rig: Rig) -> Picture:
         panels["map"].plot(speed, force, marker, color=DARK, clip_on=False)
     panels["lower"].set_xlabel(TIME)
     panels["upper"].set_title(rf"(b) $\omega_{{ref}}$ = {below:g} rad/s")
-    fold = float(fold_speed(rig, friction))
+    end = float(end_of_stick_slip(rig, friction).speed)
     return Picture(
         figure,
         "(a) Torsional vibration map by the Hurwitz criterion: left of the curve of critical speeds the rig vibrates, "
@@ -176,7 +176,7 @@ def torsional_vibration_map(rig: Rig) -> Picture:
             rig,
             ": it vibrates at 2 rad/s and does not at 4 rad/s, where a larger disturbance could still bring stick-slip",
         )
-        + f"; the fold, above which there is no stick-slip, is at {fold:.3f} rad/s: see the picture of the bistable "
+        + f"; the fold, above which there is no stick-slip, is at {end:.3f} rad/s: see the picture of the bistable "
         "region.",
     )
 

@@ -1,9 +1,10 @@
 """Bifurcation diagrams: e1, e2, p1 and p2 with their special points (figures 4.12 and 4.13), and beyond.
 
 p1 and p2 are two branches that meet at the fold, where the orbit grazes the stick zone: walking p1
-through that point would fail, since its multiplier jumps there. p1 is followed in the speed
-reference by shooting, each orbit from the last; p2 in its depth by harmonic balance, which passes any
-turning point. The same is done in the normal force at a fixed speed reference.
+through that point would fail, since its multiplier jumps there. At heavy loads p1 turns back before it
+gets there, at a higher speed. p1 is followed in the speed reference by shooting, each orbit from the
+last; p2 in its depth by harmonic balance, which passes any turning point. The same is done in the normal
+force at a fixed speed reference.
 """
 
 from __future__ import annotations
@@ -16,11 +17,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import brentq
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.stability.end_of_stick_slip import end_of_stick_slip
 from drillrig_env.stability.equilibria import HopfPoint, equilibria, hopf_points
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.limit_cycle import NoOrbitError, slipping_orbit_of_depth, stick_slip_orbit
@@ -43,7 +46,14 @@ ORBIT = np.dtype(
 
 
 _SHORT_OF_THE_FOLD = 1e-4
-"""p1 is followed to this share before the fold; closer, the stick phase is shorter than a millisecond."""
+"""p1 is followed to this share before its end; closer to grazing, the stick phase is shorter than a millisecond."""
+
+_WORDS = {
+    "grazing": "the fold: the orbit's lowest bit speed reaches the stick zone's edge, and p2 begins",
+    "fold": "a fold above that of p2: the orbit meets an unstable one that sticks as well",
+    "other": "the orbit loses its stability",
+}
+"""Why p1 ends, in words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +84,8 @@ class Diagram:
     """A bifurcation diagram in the speed reference, for one friction.
 
     `equilibria` are records of EQUILIBRIUM with the branches e1 and e2. `special` has H1, H2 and fold
-    by name, rad/s; it is empty, as are p1 and p2, where friction is too weak for stick-slip.
+    by name, rad/s, and end where p1 goes on above the fold (see `end_of_stick_slip`); it is empty, as are p1 and p2,
+    where friction is too weak for stick-slip.
     """
 
     rig: Rig
@@ -99,28 +110,21 @@ def bifurcation_diagram(
     if not POSITIVE.holds(np.array(speeds)) or speeds[0] >= speeds[1]:
         raise refuse("bifurcation_diagram", "speeds", speeds, "rad/s", "(low, high), > 0, low < high")
     friction = friction.single()
-    hopf = hopf_points(rig, friction)
-    fold = float(fold_speed(rig, friction))
+    hopf, end = hopf_points(rig, friction), end_of_stick_slip(rig, friction)
     grid = np.linspace(*speeds, 2 * points)
-    special = {point.label: point.speed_reference for point in hopf}
-    if np.isnan(fold):
+    if end.kind == "none":
         why = "no stick-slip: friction falls so slowly with speed that steady rotation is stable everywhere"
         nothing = np.zeros(0, dtype=ORBIT)
-        return Diagram(
-            rig,
-            friction,
-            equilibria(rig, friction, grid),
-            Branch("p1", nothing, why, why),
-            Branch("p2", nothing, why, why),
-            hopf,
-            {},
-        )
-    special["fold"] = fold
-    grid = np.unique(np.concatenate([grid, [special["H2"]]]))
-    p1 = sticking_branch(rig, friction, _towards(speeds[0], fold, points))
-    return Diagram(
-        rig, friction, equilibria(rig, friction, grid), p1, slipping_branch(rig, friction, points), hopf, special
-    )
+        p1, p2 = Branch("p1", nothing, why, why), Branch("p2", nothing, why, why)
+        return Diagram(rig, friction, equilibria(rig, friction, grid), p1, p2, hopf, {})
+    special = {point.label: point.speed_reference for point in hopf}
+    special["fold"] = float(fold_speed(rig, friction))
+    if end.kind != "grazing":
+        special["end"] = float(end.speed)
+    grid = np.unique(np.concatenate([grid, [point.speed_reference for point in hopf if point.label == "H2"]]))
+    p1 = sticking_branch(rig, friction, _towards(speeds[0], float(end.speed), points))
+    p2 = slipping_branch(rig, friction, points)
+    return Diagram(rig, friction, equilibria(rig, friction, grid), p1, p2, hopf, special)
 
 
 def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
@@ -135,18 +139,23 @@ def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
         except NoOrbitError as error:
             ends = f"{error}"
             break
-    fold = float(fold_speed(rig, friction))
-    if orbits and orbits[-1].speed_reference > fold * (1.0 - 2.0 * _SHORT_OF_THE_FOLD):
-        ends = "the fold: the orbit's lowest bit speed reaches the stick zone's edge, and p2 begins"
+    end = end_of_stick_slip(rig, friction)
+    if orbits and orbits[-1].speed_reference > float(end.speed) * (1.0 - 2.0 * _SHORT_OF_THE_FOLD):
+        ends = _WORDS[str(end.kind)]
     return Branch("p1", _records(orbits), begins, ends)
 
 
 def slipping_branch(rig: Rig, friction: Friction, points: int = 120) -> Branch:
-    """p2 from the Hopf point H2 to the fold, equally spaced in its depth."""
+    """p2 from the Hopf point H2 to the fold, equally spaced in its depth; empty where there is no fold."""
     friction = friction.single()
-    deepest = float(friction.v_b) * (float(fold_speed(rig, friction)) - rig.omega_s)
+    fold = float(fold_speed(rig, friction))
+    if np.isnan(fold):
+        why = "no orbit slips all the time: friction falls within the stick zone"
+        return Branch("p2", np.zeros(0, dtype=ORBIT), why, why)
+    deepest = float(friction.v_b) * (fold - rig.omega_s)
     depths = np.linspace(0.0, deepest, points + 1)[1:]
-    orbits = [slipping_orbit_of_depth(rig, friction, float(depth)) for depth in depths]
+    family = family_for(rig, friction)
+    orbits = [slipping_orbit_of_depth(family, friction, float(depth)) for depth in depths]
     return Branch(
         "p2", _records(orbits), "the Hopf point H2, with amplitude 0", "the fold: the orbit grazes the stick zone"
     )
@@ -158,7 +167,8 @@ def force_diagram(
     """p1 and p2 over the normal force at one speed reference (rad/s); `friction`'s own N_1 is the largest.
 
     p2 runs from the N_1 at which `speed_reference` is the fold up to that at which it is the critical
-    speed; p1 begins at the former. Raises `NoOrbitError` where the largest N_1 brings no stick-slip.
+    speed; p1 ends at the former, or at the N_1 with which stick-slip ends at this speed. Raises
+    `NoOrbitError` where the largest N_1 brings no stick-slip.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     largest = float(friction.normal_force)
@@ -171,28 +181,39 @@ def force_diagram(
     excess = float(load_of(rig, friction)) - v_b * (speed_reference - rig.omega_s)
     forces = largest * np.exp(family.guess(depths)[:, 0] - excess)
     slipping = [
-        slipping_orbit_of_depth(rig, replace(friction, normal_force=float(force)), float(depth))
+        slipping_orbit_of_depth(family, replace(friction, normal_force=float(force)), float(depth))
         for force, depth in zip(forces, depths, strict=True)
     ]
     p2 = Branch(
         "p2", _records(slipping), "the Hopf point, with amplitude 0", "the fold: the orbit grazes the stick zone"
     )
     sticking = [stick_slip_orbit(rig, friction, speed_reference)]
-    for force in _towards(largest, float(forces[-1]), points)[1:]:
+    for force in _towards(largest, _least_force(rig, friction, speed_reference, float(forces[-1])), points)[1:]:
         guess = sticking[-1].state
         sticking.append(stick_slip_orbit(rig, replace(friction, normal_force=float(force)), speed_reference, guess))
     p1 = Branch("p1", _records(sticking), "the largest normal force asked for", "the fold: p2 begins")
     return p1, p2
 
 
+def _least_force(rig: Rig, friction: Friction, speed_reference: float, at_grazing: float) -> float:
+    """The normal force (N) at which stick-slip ends at a speed reference; `at_grazing` is that of the fold."""
+
+    def excess(force: float) -> float:
+        end = end_of_stick_slip(rig, replace(friction, normal_force=force))
+        return float(end.speed) - speed_reference if end.kind != "grazing" or force < at_grazing else 0.0
+
+    return float(brentq(excess, 0.5 * at_grazing, at_grazing, rtol=1e-9)) if excess(at_grazing) else at_grazing
+
+
 def hopf_and_fold_curves(rig: RigLike, friction: FrictionLike, normal_forces: FloatArray) -> dict[str, FloatArray]:
-    """Two-parameter curves: critical speed and fold (rad/s; NaN: none) over the normal force (N)."""
+    """Two-parameter curves: critical speed, fold and end of stick-slip (rad/s; NaN: none) over the normal force (N)."""
     rig, friction = Rig.of(rig), Friction.of(friction)
     frictions = replace(friction, normal_force=np.asarray(normal_forces, dtype=float))
     return {
         "normal_force": np.asarray(normal_forces, dtype=float),
         "critical_speed": np.asarray(critical_speed(rig, frictions)),
         "fold_speed": np.asarray(fold_speed(rig, frictions)),
+        "end_of_stick_slip": np.asarray(end_of_stick_slip(rig, frictions).speed),
     }
 
 

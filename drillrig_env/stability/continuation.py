@@ -14,7 +14,8 @@ from drillrig_env.stability.multipliers import OFF_SECTION
 from drillrig_env.stability.return_map import Passage, ReturnMap
 from drillrig_env.stepper.units import units_of
 
-Kind = Literal["grazing", "fold", "other"]
+Kind = Literal["grazing", "fold", "other", "lost"]
+"""How a branch ends; "lost" where it does not, but could be followed no further."""
 
 _FIRST_STEP, _LONGEST_STEP = 0.01, 0.1
 """Steps in the speed reference, as shares of it."""
@@ -73,13 +74,13 @@ def end_of_branch(returns: ReturnMap, speed_reference: float, orbit: Passage) ->
         if after is None or after.passage.stuck == 0.0:
             step *= 0.5
             if step < _SHORTEST_STEP:
-                kind: Kind = "grazing" if after or point.passage.stuck < _HARDLY_STUCK else "other"
+                kind: Kind = "grazing" if after or point.passage.stuck < _HARDLY_STUCK else "lost"
                 return float(point.place[-1] * speed_unit), kind
         elif not after.goes_on:
             return _between(returns, point, length, after)
         else:
             point, step = after, min(1.5 * step, _LONGEST_STEP) if after.rounds <= _EASY else step
-    return float(point.place[-1] * speed_unit), "other"
+    return float(point.place[-1] * speed_unit), "lost"
 
 
 def _between(returns: ReturnMap, point: _Point, length: float, beyond: _Point) -> tuple[float, Kind]:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction import Friction, FrictionLike
+from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.continuation import end_of_branch
 from drillrig_env.stability.fold import REACHES, load_of
@@ -29,7 +30,7 @@ _BELOW = 0.98
 _FIRST_TRY, _TRIES = 0.3, 5
 """Without such a speed: the first share of the speed that a rig gains breaking loose, and tries, each at half."""
 
-_SHARES = (0.75, 0.5, 0.25)
+_SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)
 """Of the depth up to which stick-slip may end at grazing: where it is tried out whether it does."""
 
 _AT_GRAZING = 1e-5
@@ -44,9 +45,8 @@ class EndOfStickSlip:
     """Where stick-slip ends: at a speed reference (rad/s), and how.
 
     `kind` is "grazing" where the orbit no longer reaches the stick zone, at `fold_speed`; "fold" where it meets an
-    unstable stick-slip orbit above that speed; "other" where it only loses its stability, or could be followed no
-    further; "none", with NaN as `speed`, where there is no stick-slip. Both have one entry a rig for a batch of
-    frictions.
+    unstable stick-slip orbit above that speed; "other" where it only loses its stability; "none", with NaN as `speed`,
+    where there is no stick-slip. Both have one entry a rig for a batch of frictions.
     """
 
     speed: Quantity
@@ -56,7 +56,8 @@ class EndOfStickSlip:
 def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     """The speed reference above which only calm rotation is left, and how stick-slip ends there.
 
-    Raises `ValueError` for a rig of which steady rotation is never stable under friction that falls.
+    Raises `ValueError` for a rig of which steady rotation is never stable under friction that falls, and for a load so
+    heavy that stick-slip is not found or cannot be followed.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     load, v_b = load_of(rig, friction), np.asarray(friction.v_b)
@@ -86,8 +87,13 @@ def _with_followed(
     rows, speeds, kinds = friction.as_array(), np.atleast_1d(speed), np.atleast_1d(kind)
     depths = np.atleast_1d(depth)
     for i in np.flatnonzero(is_open):
+        one = Friction(*rows[i].tolist())
         fold, may_graze = depths[i] / rows[i, 3] + rig.omega_s, bool(family.ends_stick_slip(depths[i]))
-        speeds[i], kinds[i] = _followed(rig, Friction(*rows[i].tolist()), float(fold), may_graze)
+        speeds[i], kinds[i] = _followed(rig, one, float(fold), may_graze)
+        if kinds[i] == "lost" or (kinds[i] == "none" and critical_speed(rig, one) > rig.omega_s):
+            raise refuse(
+                "end_of_stick_slip", "N_1", one.normal_force, "N", "a load under which stick-slip is found and followed"
+            )
     return speeds.reshape(speed.shape), kinds.reshape(kind.shape)
 
 

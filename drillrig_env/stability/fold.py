@@ -51,7 +51,8 @@ def load_of(rig: Rig, friction: Friction) -> FloatArray:
 def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
     """The rig's family of slipping orbits, followed deep enough for the largest load of a friction.
 
-    Raises `ValueError` for a load beyond what can be followed.
+    Raises `ValueError` for a load beyond what can be followed, and `FloatingPointError` for a rig of which not even
+    the orbits of a light load are found.
     """
     load = float(np.max(load_of(rig, friction)))
     for reach, samples in product(REACHES, (FEW_SAMPLES, MANY_SAMPLES)):
@@ -60,6 +61,8 @@ def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
             return family
         if family.ends and samples == MANY_SAMPLES:
             break
+    if family.ends and family.depth[-1] < FIRST_REACH:
+        raise FloatingPointError(f"fold_speed: {family.ends}")
     largest = float(np.exp(family.largest_load))
     raise refuse("fold_speed", "N_1 r_1 (mu_s - mu_k) v_b", float(np.exp(load)), "N m s/rad", f"<= {largest:.3g}")
 

@@ -15,6 +15,7 @@ from drillrig_env.stability.fourier_orbit import FourierOrbit
 from drillrig_env.stability.orbit import SIGNAL_COLUMNS, PeriodicOrbit, describe_orbit
 from drillrig_env.stability.return_map import ReturnMap
 from drillrig_env.stability.shooting import find_stick_slip
+from drillrig_env.stability.slipping_orbits import SlippingOrbits
 from drillrig_env.stability.stable_sets import critical_speed
 
 
@@ -60,13 +61,12 @@ def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float)
     depth = brentq(
         lambda a: float(family.guess(a)[0]) - log_gain, 0.0, min(deepest * 1.001, family.depth[-1]), xtol=1e-12
     )
-    return slipping_orbit_of_depth(rig, friction, depth)
+    return slipping_orbit_of_depth(family, friction, depth)
 
 
-def slipping_orbit_of_depth(rig: Rig, friction: Friction, depth: float) -> PeriodicOrbit:
-    """The orbit of the slipping family with that depth a = v_b (omega_ref - lowest bit speed), for a friction."""
-    friction = friction.single()
-    family = family_for(rig, friction)
+def slipping_orbit_of_depth(family: SlippingOrbits, friction: Friction, depth: float) -> PeriodicOrbit:
+    """The orbit of a rig's family with that depth a = v_b (omega_ref - lowest bit speed), for a friction."""
+    rig, friction = family.rig, friction.single()
     q, frequency, log_gain = family.orbit(depth)
     speed_reference = rig.omega_s + (float(load_of(rig, friction)) - log_gain) / float(friction.v_b)
     orbit = FourierOrbit(rig, friction, speed_reference, q, frequency, log_gain)

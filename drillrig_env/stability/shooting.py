@@ -14,7 +14,8 @@ _SETTLING_RETURNS = (12, 120)  # of a wound-up rig before Newton's method; the s
 _SLOWER = tuple(1.0 - share for share in (0.05, 0.03, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0))
 _NEWTON_LIMIT = 30
 _CLOSED = 1e-7
-"""An orbit counts as closed when it returns within this (in the rig's own unit of every state)."""
+"""An orbit counts as closed when it returns within this (in the rig's own unit of every state), or within a hundredth
+of this share of its largest state."""
 
 
 def find_stick_slip(returns: ReturnMap, speed_reference: float, guess: FloatArray | None = None) -> Passage | None:
@@ -57,7 +58,7 @@ def _closed(returns: ReturnMap, speed_reference: float, state: FloatArray, settl
         if passage is None:
             return None
         gap = ((passage.state - state) / units)[OFF_SECTION]
-        if np.abs(gap).max() < _CLOSED:
+        if np.abs(gap).max() < _CLOSED * max(1.0, 0.01 * np.abs(state / units).max()):
             return passage if passage.stuck > 0.0 else None
         tried = state.copy()
         slopes = passage.slopes[np.ix_(OFF_SECTION, OFF_SECTION)]

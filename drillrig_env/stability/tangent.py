@@ -29,7 +29,7 @@ COLUMNS = 8
 _LONGEST_IN_STICK = 2  # rungs below the longest: what leaves the stick zone within a step and comes back is not seen
 _ROUNDING = 2.0**-48  # of the speed reference, from which the bit speed is counted
 _CLEARLY_BELOW = 2.0**-30  # of the speed reference, for the bit to come back from
-_LONGEST_RETURN = 4000  # periods
+_LONGEST_SLIP, _LONGEST_STICK = 4000, 40_000  # periods
 _MOST_STEPS = 1 << 20
 
 
@@ -91,7 +91,7 @@ def follow(
         if passes:
             return elapsed / (1 << SHORTEST), in_stick / (1 << SHORTEST)
         has_fallen |= y[2] < -_CLEARLY_BELOW * speed
-        if elapsed > _LONGEST_RETURN << SHORTEST:
+        if elapsed - in_stick > _LONGEST_SLIP << SHORTEST or in_stick > _LONGEST_STICK << SHORTEST:
             break
         if rung == SHORTEST:
             approaching = False

@@ -19,7 +19,7 @@ from drillrig_env.model import steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import Scales
-from drillrig_env.stability.fold import fold_speed
+from drillrig_env.stability.end_of_stick_slip import end_of_stick_slip
 from drillrig_env.stability.stable_sets import critical_speed
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.verdict import WINDOW, is_calm
@@ -44,13 +44,13 @@ class VibrationMap:
 
 
 def region_map(rig: RigLike, friction: FrictionLike, speeds: FloatArray, forces: FloatArray) -> VibrationMap:
-    """The map by the curves: vibrating below the critical speed, bistable up to the fold, calm above."""
+    """The map by the curves: vibrating below the critical speed, bistable up to where stick-slip ends, calm above."""
     rig, friction = Rig.of(rig), Friction.of(friction)
     frictions = replace(friction, normal_force=np.asarray(forces, dtype=float))
     border = np.asarray(critical_speed(rig, frictions))[:, None]
-    fold = np.nan_to_num(np.asarray(fold_speed(rig, frictions)), nan=0.0)[:, None]
+    end = np.nan_to_num(np.asarray(end_of_stick_slip(rig, frictions).speed), nan=0.0)[:, None]
     grid = np.asarray(speeds)[None, :]
-    return VibrationMap(speeds, forces, np.where(grid < border, VIBRATING, np.where(grid < fold, BISTABLE, CALM)))
+    return VibrationMap(speeds, forces, np.where(grid < border, VIBRATING, np.where(grid < end, BISTABLE, CALM)))
 
 
 def simulated_map(

@@ -8,6 +8,7 @@ from drillrig_env.evaluation.runner import Episodes, run
 from drillrig_env.evaluation.scores import SCORES, folds, score
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.seeds import EVALUATION_SEEDS
+from drillrig_env.stability import end_of_stick_slip
 from drillrig_env.verdict import stick_slip_index
 
 
@@ -147,12 +148,20 @@ def test_without_stick_slip_every_speed_is_above_the_fold():
     assert result["region"] == "above"
 
 
-def test_a_fold_that_cannot_be_followed_leaves_the_others_theirs():
-    forces = np.array([10.0, 400.0])
+def test_a_branch_that_cannot_be_followed_leaves_the_others_theirs(monkeypatch):
+    """Loads of a million N are refused, after many tries."""
+
+    def refused(rig, friction):
+        if np.max(friction.normal_force) > 1e5:
+            raise ValueError("a load whose stick-slip cannot be followed")
+        return end_of_stick_slip(rig, friction)
+
+    monkeypatch.setattr("drillrig_env.evaluation.scores.end_of_stick_slip", refused)
+    forces = np.array([10.0, 1e6])
     ends = folds(Rig(), Friction(forces, np.full(2, 0.5), np.full(2, 0.306), np.ones(2)))
     assert ends[0] == pytest.approx(2.90097, abs=1e-4)
     assert ends[1] == np.inf
-    assert scored(*CALM, target=9.9, friction=friction(400.0))["region"] == "bistable"
+    assert scored(*CALM, target=20.0, friction=friction(1e6))["region"] == "bistable"
 
 
 def test_every_documented_score_is_there():

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig
-from drillrig_env.stability import NoOrbitError, bifurcation_diagram, fold_speed, force_diagram, stick_slip_orbit
+from drillrig_env.stability import (
+    NoOrbitError,
+    bifurcation_diagram,
+    end_of_stick_slip,
+    fold_speed,
+    force_diagram,
+    stick_slip_orbit,
+)
 from drillrig_env.stability.bifurcation import slipping_branch, sticking_branch
 from drillrig_env.stability.orbit import PeriodicOrbit
 from drillrig_env.stability.vibration_map import load_step_margin, simulated_map
@@ -141,3 +148,30 @@ def test_two_points_are_the_fewest():
 def test_figures_are_as_fine_and_reach_as_far_as_they_say(function, defaults):
     parameters = inspect.signature(function).parameters
     assert {name: parameters[name].default for name in defaults} == defaults
+
+
+def test_at_a_heavy_load_p1_goes_on_above_the_fold():
+    diagram = bifurcation_diagram(RIG, Friction(90.0), points=25)
+    p1, p2, special = diagram.p1.points, diagram.p2.points, diagram.special
+    assert special["end"] > 1.003 * special["fold"]
+    assert p1["speed_reference"][-1] == pytest.approx(special["end"], rel=2e-4)
+    assert p1["stable"].all()
+    assert p1["stuck"].min() > 0.02
+    assert "unstable one that sticks" in diagram.p1.ends
+    assert p2["speed_reference"][-1] == pytest.approx(special["fold"], abs=1e-6)
+
+
+def test_friction_that_falls_within_the_stick_zone_has_p1_alone():
+    diagram = bifurcation_diagram(RIG, Friction(10.0, v_b=3e4), points=40)
+    assert len(diagram.p1.points) > 35
+    assert diagram.p1.points["stable"].all()
+    assert len(diagram.p2.points) == 0
+    assert "within the stick zone" in diagram.p2.ends
+
+
+def test_over_the_normal_force_p1_goes_on_to_lighter_loads_than_p2():
+    p1, p2 = force_diagram(RIG, Friction(110.0), 13.5, points=12)
+    lightest = p1.points["normal_force"][-1]
+    assert lightest < 0.998 * p2.points["normal_force"][-1]
+    assert end_of_stick_slip(RIG, Friction(lightest)).speed == pytest.approx(13.5, rel=2e-4)
+    assert p1.points["stable"].all()

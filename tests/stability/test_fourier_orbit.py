@@ -6,6 +6,7 @@ import pytest
 from drillrig_env import Friction, Rig
 from drillrig_env.stability import bifurcation_diagram, critical_speed, fold_speed, slipping_orbit
 from drillrig_env.stability.limit_cycle import slipping_orbit_of_depth
+from drillrig_env.stability.slipping_orbits import slipping_orbits
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.stepper.units import units_of
 from tests.rigs import FAST, FIELD, SOFT
@@ -72,7 +73,7 @@ def test_the_grazing_orbit_keeps_the_multiplier_of_those_that_slip(force, multip
 def test_orbits_as_shallow_as_a_millionth_of_the_speed(rig, friction, share):
     border = critical_speed(rig, friction)
     depth = share * friction.v_b * border
-    orbit = slipping_orbit_of_depth(rig, friction, depth)
+    orbit = slipping_orbit_of_depth(slipping_orbits(rig), friction, depth)
     swing = orbit.speed_reference - orbit.lowest[0]
     assert swing == pytest.approx(share * border, rel=1e-6)
     assert orbit.highest[0] - orbit.speed_reference == pytest.approx(swing, rel=3 * friction.v_b * swing + 1e-6)
@@ -82,7 +83,10 @@ def test_orbits_as_shallow_as_a_millionth_of_the_speed(rig, friction, share):
 
 def test_multiplier_of_shallow_orbits_grows_with_the_square_of_the_swing():
     friction = Friction(10.0)
-    small, large = (slipping_orbit_of_depth(RIG, friction, depth).multipliers[0].real - 1.0 for depth in (1e-3, 2e-3))
+    small, large = (
+        slipping_orbit_of_depth(slipping_orbits(RIG), friction, depth).multipliers[0].real - 1.0
+        for depth in (1e-3, 2e-3)
+    )
     assert large / small == pytest.approx(4.0, rel=1e-4)
 
 
