@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +12,6 @@ import numpy as np
 
 from agents.compared import read_compared
 from drillrig_env import markdown
-from drillrig_env.evaluation.provenance import when_and_where
 
 Score = tuple[str, str, int]
 """A score of a comparison: its suite, its name, and the digits that it is shown with."""
@@ -47,7 +47,8 @@ _SECTIONS = (
     _Section(
         "ablations",
         "What each choice is worth",
-        "The recipe of `ppo` with one piece changed at a time, with fewer steps by trial than the shipped agent had. "
+        "The recipe that `ppo` began from with one piece changed at a time, and fewer steps by trial than the shipped "
+        "agent had, whose draws are what this table led to. "
         "Mitigated shares on rigs drawn as in `default`, in all and below ω_c, in `wide` and in "
         "`load`; time to calm and cost in `default`.",
         "choice",
@@ -76,9 +77,15 @@ def choices(docs: Path) -> str:
 def made(docs: Path) -> list[str]:
     """Commands, dates and machines behind these sections, a line each."""
     return [
-        f"- {section.name}: `{content['command']}`, {when_and_where(content['provenance'])}"
+        f"- {section.name}: `{content['command']}`, {content['provenance']['date']}, {_machines(content)}"
         for section, content in _found(docs)
     ]
+
+
+def _machines(content: Mapping[str, Any]) -> str:
+    """Where the trainings ran, with how many of them where they ran on several machines."""
+    count = Counter(run["machine"] for one in content["settings"].values() for run in one["runs"].values())
+    return "; ".join(f"{machine} ({number} trainings)" for machine, number in count.most_common())
 
 
 def _found(docs: Path) -> list[tuple[_Section, dict[str, Any]]]:

@@ -1,6 +1,6 @@
 """Train settings beside each other, several seeds of each, and score all of them on the same rigs.
 
-    python -m agents.compare ablations                       # the recipe of `ppo`, one piece changed at a time
+    python -m agents.compare ablations                       # a recipe for `ppo`, one piece changed at a time
     python -m agents.compare newcomer                        # Stable-Baselines3's own settings
     python -m agents.compare ablations --settings recipe sum # some of it
     python -m agents.compare ablations --steps 20000 --seeds 2 --rigs 50 --runs /tmp/runs --output /tmp/quick.json
@@ -138,7 +138,8 @@ def _one(setting: Setting, about: Mapping[str, Any], seed: int, run: Path, kept:
         agent = load_policy(run)
         scores = evaluate(agent.at_slew_limit(SLEW_LIMIT), agent.environment["sensors"], about["rigs"], threads)
         seconds = read_progress(run)["seconds"]
-        kept.keep(setting.name, about, seed, {"seconds": seconds, "scores": scores})
+        machine = read_config(run)["provenance"]["machine"]
+        kept.keep(setting.name, about, seed, {"seconds": seconds, "machine": machine, "scores": scores})
     shown = ", ".join(f"{name} {one['mitigated']:.3f}" for name, one in scores.items())
     return f"mitigated {shown}; trained in {seconds:.0f} s"
 

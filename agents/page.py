@@ -3,9 +3,9 @@
     python -m agents.page           # from agents/trained, docs/agents and docs/results
     python -m agents.page --check   # only say whether the page is up to date
 
-The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json), `agents.compare`
-(docs/agents/ablations.json and newcomer.json, if they are there) and the stored results of `eval.py` (docs/results, if
-they are there); what a person saw in the pictures is quoted from docs/agents/findings.md.
+The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json) and, as far as they are there, from
+`agents.compare` and `agents.noise_and_delay` (docs/agents/*.json) and the stored results of `eval.py` (docs/results);
+what a person saw in the pictures is quoted from docs/agents/findings.md.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from agents import noise_and_delay
 from agents.beside_lqg import results_with_both, section
 from agents.choices import choices, made
 from agents.pictures.learning import action_zero, learning_curves
@@ -69,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         found = _found()
         results = _beside_lqg(chosen.docs, found)
-        text = _written(chosen.docs, found, results)
+        late = noise_and_delay.read_shares(chosen.docs)
+        text = _written(chosen.docs, found, results, late)
     except ValueError as error:
         parser.error(str(error))
     if chosen.check:
@@ -78,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     from agents.pictures import draw_all
 
-    draw_all(AGENT, chosen.docs / "images" / "agents", results=results)
+    draw_all(AGENT, chosen.docs / "images" / "agents", results=results, late=late)
     write_text(path, text)
     print(path.resolve())
 
@@ -99,7 +101,7 @@ class _Agent:
 def page(docs: Path, trained: Path = TRAINED) -> str:
     """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
     found = _found(trained)
-    return _written(docs, found, _beside_lqg(docs, found))
+    return _written(docs, found, _beside_lqg(docs, found), noise_and_delay.read_shares(docs))
 
 
 def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
@@ -121,9 +123,12 @@ def _beside_lqg(docs: Path, found: Mapping[str, _Agent]) -> dict[str, Results]:
     return results_with_both(docs, {name: one.config["env_id"] for name, one in found.items() if not one.is_soft})
 
 
-def _written(docs: Path, found: Mapping[str, _Agent], results: Mapping[str, Results]) -> str:
-    parts = [_shipped(found, docs), _learning(found), _behaviour(docs), section(results), choices(docs)]
-    parts += [ahead(docs, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found)]
+def _written(
+    docs: Path, found: Mapping[str, _Agent], results: Mapping[str, Results], late: Mapping[str, Any] | None
+) -> str:
+    parts = [_shipped(found, docs), _learning(found), _behaviour(docs), section(results), noise_and_delay.section(late)]
+    parts += [choices(docs)]
+    parts += [ahead(docs, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found, late)]
     return "\n".join(part for part in parts if part)
 
 
@@ -235,7 +240,7 @@ def _behaviour(docs: Path) -> str:
     )
 
 
-def _made(docs: Path, found: Mapping[str, _Agent]) -> str:
+def _made(docs: Path, found: Mapping[str, _Agent], late: Mapping[str, Any] | None) -> str:
     """Commands, dates and machines behind the numbers."""
     lines = [f"## How it was made\n\nThis page and its pictures come from stored numbers with `{COMMAND}`.\n"]
     lines += [
@@ -243,6 +248,8 @@ def _made(docs: Path, found: Mapping[str, _Agent]) -> str:
         for name, agent in found.items()
     ]
     lines += made(docs)
+    if late:
+        lines.append(f"- noise and delay: `{late['command']}`, {when_and_where(late['provenance'])}")
     return "\n".join(lines) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What is compared: the recipe of `ppo` with one piece of it changed, and what a newcomer trains."""
+"""What is compared: a recipe for `ppo` with one piece of it changed, and what a newcomer trains."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ from agents.training.settings import Training
 
 ENVIRONMENT = "DrillRig-v0"
 """Where all of them are trained: the rig's own drive."""
+
+RECIPE = HYPERPARAMETER_FILES / "ablations" / "ppo.yml"
+"""What is changed one piece at a time: how `ppo` was trained before the ablations led to other draws."""
 
 _STEPS = 3_000_000  # of an ablation, by trial; what is imitated before comes on top
 _NETWORK = "dict(net_arch=[{}], activation_fn=nn.ReLU)"
@@ -37,7 +40,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Variant:
-    """The recipe of `ppo` with a piece changed: fields of its scenario and its imitation, reward, hyperparameters."""
+    """The recipe with a piece changed: fields of its scenario and its imitation, reward, hyperparameters."""
 
     name: str
     words: str
@@ -47,14 +50,15 @@ class Variant:
     hyperparams: Mapping[str, Any] = field(default_factory=dict)
 
     def setting(self) -> Setting:
-        """The variant as a setting, everything else as in the file of hyperparameters."""
-        recipe = hyperparameters("ppo", ENVIRONMENT)
+        """The variant as a setting, everything else as in `RECIPE`."""
+        recipe = hyperparameters("ppo", ENVIRONMENT, file=RECIPE)
         scenario = {**recipe["env_kwargs"]["scenario"], **self.scenario}
         hyperparams = {"imitation": {**recipe["imitation"], **self.imitation}, **self.hyperparams}
         training = Training(
             "ppo",
             ENVIRONMENT,
             n_timesteps=_STEPS,
+            conf_file=RECIPE,
             hyperparams=hyperparams,
             env_kwargs={"scenario": scenario, "reward": self.reward},
             eval_freq=-1,
@@ -64,13 +68,18 @@ class Variant:
 
 
 VARIANTS = (
-    Variant("recipe", "the recipe of `ppo`"),
+    Variant("recipe", "the recipe: wide draws, the hardest of 5"),
     Variant("sum", "a sum of terms as reward, in place of phases", reward=_SUM),
     Variant("alone", "no imitation, and so no warm-up of the critic", hyperparams=_ALONE),
     Variant("no_warm_up", "no warm-up of the critic", hyperparams={"critic_iterations": 0}),
     Variant("candidates_1", "1 draw an episode, in place of the hardest of 5", {"candidates": 1}),
     Variant("frames_1", "1 frame, in place of 8", hyperparams={"frame_stack": 1}),
     Variant("default_draws", "normal forces and spread of `default`", {"normal_force": [5.0, 30.0], "spread": 0.2}),
+    Variant(
+        "shipped_draws",
+        "draws as of the shipped `ppo`: between both, the hardest of 3",
+        {"normal_force": [3.0, 36.0], "spread": 0.28, "candidates": 3},
+    ),
     Variant("load_0", "no load steps, in place of 60 % of the episodes", {"load_step": 0.0}),
     Variant("gamma_99", "a discount of 0.99 a step, in place of 0.995", hyperparams={"gamma": 0.99}),
     Variant(
@@ -97,7 +106,7 @@ _REWARDS: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def ablations() -> list[Setting]:
-    """The recipe of `ppo`, and the same with one piece changed."""
+    """The recipe, and the same with one piece changed."""
     return [variant.setting() for variant in VARIANTS]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import torch
 
+from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.parameters import refuse
 
 DEVICES = ("cpu", "cuda", "mps")
@@ -21,3 +22,10 @@ def device_of(config: Mapping[str, Any]) -> torch.device:
         found = ", ".join(one for one, is_there in there.items() if is_there)
         raise refuse("Training", "device", name, "", f"what PyTorch finds here: {found}")
     return torch.device(name)
+
+
+def provenance_on(device: torch.device) -> dict[str, Any]:
+    """The `provenance` of a training on a device: the machine with its graphics card, where that trains."""
+    made = provenance()
+    card = f", {torch.cuda.get_device_name(device)}" if device.type == "cuda" else ""
+    return {**made, "machine": made["machine"] + card}

@@ -16,7 +16,7 @@ from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new
 from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
-from agents.training.device import device_of
+from agents.training.device import device_of, provenance_on
 from agents.training.fine_tuning import take_weights
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from agents.training.imitation import Imitation, imitate
@@ -24,7 +24,6 @@ from agents.training.progress import ShowProgress
 from agents.training.settings import Training, checked_config
 from agents.training.warm_up import WarmUp
 from drillrig_env.command_line import Failed
-from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.files import check_writable, owned
 
 
@@ -40,7 +39,7 @@ def train(training: Training) -> Path:
     check_writable(training.log_folder if training.run_folder is None else training.run_folder.parent)
     folder = new_run(training.log_folder, training.algorithm, training.run_folder)
     with owned(folder):
-        write_config(folder, {**config, "provenance": provenance()})
+        write_config(folder, {**config, "provenance": provenance_on(model.device)})
         _learn(model, folder, config, training.threads, training.progress)
     return folder
 

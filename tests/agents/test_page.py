@@ -22,7 +22,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 def run_of(share):
     scores = {"mitigated": share, "calm": 1.0, "below": None, "time_to_calm": 9.0, "cost": 0.2}
-    return {"seconds": 90.0, "scores": dict.fromkeys(SUITES, scores)}
+    return {"seconds": 90.0, "machine": "one", "scores": dict.fromkeys(SUITES, scores)}
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "| action 0, the rig's own drive |",
         "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | 1.000",
         "python -m agents.shipping.export",
-        "ablations: `the command`, today, one",
+        "ablations: `the command`, today, one (2 trainings)",
     ):
         assert words in text
     assert "Where the physics" not in text

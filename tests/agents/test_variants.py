@@ -33,10 +33,11 @@ def changed(name):
     return {path for path in {**both[0], **both[1]} if both[0].get(path) != both[1].get(path)}
 
 
-def test_the_recipe_is_that_of_ppo_but_for_its_length():
-    config, recipe = ABLATIONS["recipe"], hyperparameters("ppo", "DrillRig-v0")
+def test_one_variant_is_the_recipe_of_ppo_but_for_its_length():
+    config, recipe = ABLATIONS["shipped_draws"], hyperparameters("ppo", "DrillRig-v0")
     assert config["env_kwargs"] == recipe["env_kwargs"]
-    assert {**config["hyperparameters"], "n_timesteps": None} == {**recipe, "n_timesteps": None}
+    apart = {"n_timesteps": None, "env_kwargs": None}
+    assert {**config["hyperparameters"], **apart} == {**recipe, **apart}
 
 
 @pytest.mark.parametrize(
@@ -48,6 +49,7 @@ def test_the_recipe_is_that_of_ppo_but_for_its_length():
         (("frames_1", "frames_4"), {"frame_stack"}),
         (("load_0", "load_30"), {"scenario.load_step"}),
         (("default_draws",), {"scenario.normal_force", "scenario.spread"}),
+        (("shipped_draws",), {"scenario.normal_force", "scenario.spread", "scenario.candidates"}),
         (("anchor",), {"anchor"}),
         (("gamma_98", "gamma_99"), {"gamma"}),
         (("narrow", "wide_network"), {"policy_kwargs"}),
