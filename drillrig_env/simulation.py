@@ -133,7 +133,8 @@ def simulate(
     >>> bool(run.bit_speed[-500:].max() > 5.0)  # stick-slip: the bit races at twice its speed
     True
 
-    Raises `ValueError` for a value that is not allowed, naming it, its unit and what is.
+    Raises `ValueError` for a value that is not allowed, naming it, its unit and what is, and `NotFiniteError` where a
+    state can no longer be computed, or disc 2 turns backwards against a constant T_r2.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     if (rigs := len(friction.as_array())) != 1:
@@ -164,6 +165,8 @@ def simulate(
         state[inside] = states[:-1]
         x = states[-1]
         state[np.abs(time - end) <= same] = x
+    if rig.T_r2 > 0.0:  # the fast stepper has marked a disc 2 that turns backwards; so are the other methods' here
+        state[np.logical_or.accumulate(state[:, 3] < -rig.omega_s)] = -np.inf
     check_finite(state[None], time, "simulate")
     return Simulation(
         rig=rig,

@@ -18,6 +18,7 @@ from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.stepper.collocation import solve_nodes, take_step
 from drillrig_env.stepper.exponentials import NODES
+from drillrig_env.stepper.propagator import caution_for
 from drillrig_env.stepper.tables import STATE
 
 SHORTEST = 30
@@ -56,7 +57,7 @@ def follow(
     y, contact = work.y, work.contact
     speed, edge = contact.speed_reference, contact.omega_s - _ROUNDING * contact.speed_reference
     new, before, nodes = np.zeros((7, COLUMNS)), np.zeros(STATE), np.zeros((NODES, NODES + COLUMNS))
-    work.caution = max(1.0, rungs[0].growth * (contact.static - contact.kinetic) * contact.v_b)
+    work.caution = caution_for(contact, rungs[0])
     first = rungs[0].first
     zone, rung, approaching, passes = zone_of(y[2] + speed, edge), first, False, False
     has_fallen = False

@@ -5,7 +5,8 @@ where it begins (`drillrig_env.stepper.collocation`), and kept if no node leaves
 where about it meets the kink at |x_3| = omega_s; shorter steps lead up to there, and a `fine` one leads across,
 exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that shoots through the stick zone, is
 left to ever shorter steps, the last ones below a picosecond. Where not even these are solved, or too many would be
-needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite.
+needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite, and
+minus infinity says that disc 2 would turn backwards, where T_r2, which is constant, would drive it.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, t
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.tables import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
 
-__all__ = ["WORKSPACE", "advance", "workspace"]
+__all__ = ["WORKSPACE", "advance", "caution_for", "workspace"]
 
 _SAMPLE_UNITS = UNITS // SAMPLES
 _PER_UNIT = 1 << DEPTH
@@ -52,8 +53,11 @@ def advance(
     """
     first = rungs[0].first
     position, rung, end, end_of_period, tries = 0, first, stop * _PER_UNIT, UNITS * _PER_UNIT, 0
-    kink = end_of_period
-    work.caution = _caution(contact, rungs[0])
+    kink, slowest = end_of_period, rungs[0].slowest_collars - contact.speed_reference
+    work.caution = caution_for(contact, rungs[0])
+    if y[3] < slowest:
+        _refuse_reversal(y, work)
+        return
     while position < end:
         zone = zone_of(y[2] + contact.speed_reference, contact.omega_s)
         if zone == 0:
@@ -83,6 +87,9 @@ def advance(
             rung += 1
             continue
         position += size
+        if y[3] < slowest:
+            _refuse_reversal(y, work)
+            return
         if sampled and rung >= SAMPLED_RUNGS and position % (_SAMPLE_UNITS * _PER_UNIT) == 0:
             _sample_state(y, contact.speed_reference, sampling[0], work, position // (_SAMPLE_UNITS * _PER_UNIT) - 1)
         rung = rung - climb if rung - climb > first else first
@@ -91,7 +98,7 @@ def advance(
 
 
 @inlined
-def _caution(contact: Record, table: Record) -> float:
+def caution_for(contact: Record, table: Record) -> float:
     """How much smaller than usual bounds on errors must be: more where friction falls fast, with speed or in time."""
     growth: float = table.growth * (contact.static - contact.kinetic) * contact.v_b
     caution: float = max(1.0, _PER_FALL * contact.v_b * table.unit[2])
@@ -108,6 +115,15 @@ def _lose(y: FloatArray, work: Record) -> None:
         y[i] = inf if overflowed else nan
     for k in range(SAMPLES):
         work.speed_samples[k] = work.torque_samples[k] = y[2]
+
+
+@inlined
+def _refuse_reversal(y: FloatArray, work: Record) -> None:
+    """Mark a rig whose disc 2 turns backwards against a constant T_r2: all states minus infinity."""
+    for i in range(7):
+        y[i] = -inf
+    for k in range(SAMPLES):
+        work.speed_samples[k] = work.torque_samples[k] = -inf
 
 
 @inlined

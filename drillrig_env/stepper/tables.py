@@ -95,6 +95,7 @@ RUNG = np.dtype(
         ("clearly_beyond", "f8"),  # rad/s, how far beyond a kink an iterate tells that the step crosses it
         ("settled", "f8"),  # rad/s, what may be left of the fast settling where the bit leaves the stick zone
         ("landed", "f8"),  # rad/s, how near to a kink a step that leads there ends
+        ("slowest_collars", "f8"),  # rad/s, below which disc 2 turns backwards, where a constant T_r2 does not hold
         ("growth", "f8"),  # caution for a friction that falls by 1 N m s/rad: what it makes of errors
         ("unit", "f8", STATE),  # of each state
         ("first", "i8"),  # the rung of the longest steps
@@ -169,6 +170,7 @@ def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Dr
     rungs["watched"] = lasting.any() or not tried
     fastest = np.abs(modes).max() * step
     rungs["growth"] = units.time / rig.J_1 / (_TRIED_GROWTH if tried else _UNTRIED_GROWTH)
+    rungs["slowest_collars"] = -rig.omega_s if rig.T_r2 > 0.0 else -np.inf
     rungs["first"], rungs["fine"][first + SAMPLED_RUNGS :] = first, True
     rungs["series"] = fastest / 2.0 ** np.arange(RUNGS) <= _LARGEST_SERIES
     per_state, per_torque = np.outer(1.0 / units.states, units.states), units.states / units.torque

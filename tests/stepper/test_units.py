@@ -10,7 +10,7 @@ from drillrig_env.stepper.units import units_of
 
 TORQUES = ["J_1", "J_2", "J_3", "k_1", "k_2", "d_1", "d_2", "C_m", "T_f", "K_T", "r_1"]
 START = np.array([-0.1, -0.4, 2.5, 2.0, 2.1, 0.9, 0.6])
-OTHER = Rig(J_1=0.05, k_2=0.2, L=2e-3, T_r2=0.02, k_p=1.1)
+OTHER = Rig(J_1=0.05, k_2=0.4, L=2e-3, T_r2=0.02, k_p=1.1)
 
 
 def stronger(rig, s):
