@@ -6,10 +6,9 @@ In closed form, so that it scales with the rig to the last bit where its paramet
 from __future__ import annotations
 
 from functools import lru_cache
-from math import inf, pi, sqrt
+from math import inf, log, pi, sqrt
 
 from drillrig_env.allowed import Allowed
-from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 
 _PERIODS = Allowed(1e-9, 1e9)  # s
@@ -23,8 +22,12 @@ def slowest_period(rig: Rig) -> float:
     except ArithmeticError:  # J and k are further apart than numbers reach
         period = inf
     if not _PERIODS.holds(period):
-        shown = ", ".join(f"{name} = {getattr(rig, name):g}" for name in ("J_1", "J_2", "k_1", "k_2"))
-        raise refuse("Rig", f"slowest period with {shown}", period, "s", _PERIODS)
+        name = max(("J_1", "J_2", "k_1", "k_2"), key=lambda one: abs(log(getattr(rig, one)) - log(getattr(Rig(), one))))
+        value, unit = getattr(rig, name), Rig.__dataclass_fields__[name].metadata["unit"]
+        raise ValueError(
+            f"Rig: {name} = {value:g} {unit} is beyond what can be computed; allowed: a value with which the slowest "
+            f"period of the string is {_PERIODS} s"
+        )
     return period
 
 

@@ -68,11 +68,12 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     yield _line("f_1, f_2", f"{low:.3f}, {high:.3f}", "Hz", "frequencies of the string, the top held still")
     yield _line("1/f_1, 1/f_2", f"{1 / low:.3f}, {1 / high:.3f}", "s", "its periods")
     yield _line("impedance", f"{rig.impedance:.4f}", "N m s/rad", "of the string, for torque laws at the top")
-    scales = Scales.of(rig)
-    grown = f"{scales.time:.4g}, {scales.speed:.4g}, {scales.force:.4g}"
-    yield _line(
-        "scales", grown, "", "of times, speeds and normal forces in environment and figures; the chapter's are 1"
-    )
+    try:
+        scales = Scales.of(rig)
+        grown = f"{scales.time:.4g}, {scales.speed:.4g}, {scales.force:.4g}"
+        yield _line("scales", grown, "", "of times, speeds and normal forces; the chapter's are 1")
+    except ValueError as error:
+        yield _line("scales", "?", "", str(error))
     slope = critical_slope(rig)
     yield _line("slope_min", f"{slope:.5f}", "N m s/rad", "the steepest fall of friction that leaves rotation stable")
     speed = float(critical_speed(rig, friction))

@@ -102,6 +102,7 @@ class Task:
     reward: Reward = parameter(
         None,
         meaning="weights and shape of the reward",
+        none="Reward()",
         allowed=Made(Reward.of, '`"phases"`, a `Reward`, or changes to the default'),
     )
     slew_limit: float = parameter(
