@@ -208,6 +208,8 @@ def _fast(
             periods=int(last - first) * parts,
             every=parts,
             tolerance=tolerance,
+            where="simulate",
+            begin=float(times[first]),
         )
         states[first:last] = run[0]
         x = states[last - 1]

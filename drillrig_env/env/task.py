@@ -20,6 +20,7 @@ from drillrig_env.parameters import POSITIVE, checked, closest, parameter, refus
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import CONTROL_PERIOD, DURATION, LARGEST_REFERENCE, SLEW_LIMIT, Scales
 from drillrig_env.slowest_mode import slowest_period
+from drillrig_env.stepper.limits import check_computable
 
 LONGEST_EPISODE = 1e5
 """Longest `duration` of an episode on the chapter's rig, s."""
@@ -31,6 +32,9 @@ _ROUNDING = 1e-9
 
 _HIGHEST_SLEW_LIMIT = 1e3
 """Highest slew limit that is taken on the chapter's rig, rad/s^2."""
+
+_LARGEST_RATIO = 1e6
+"""By how much a largest reference may differ from the one that belongs to the rig's period."""
 
 _DELAYS = Allowed(0, LONGEST_DELAY, whole=True)
 
@@ -48,14 +52,14 @@ def _read_delay(delay: Any) -> tuple[int, int]:
     return int(low), int(high)
 
 
-def _read_duration(duration: Any, control_period: float, longest: float) -> float:
+def _read_duration(duration: Any, control_period: float, longest: float, given: bool) -> float:
     """The length of an episode in s, a whole number of control steps: the nearest one, but for a plain period of 0.1 s.
 
-    Numbers of seconds that a person writes are multiples of that one, and of no other rig's.
+    Numbers of seconds that a person writes (`given`) are multiples of that one, and of no other rig's.
     """
     allowed = Allowed(control_period, longest)
     held = np.ndim(duration) == 0 and allowed.holds(duration)
-    plain = control_period == CONTROL_PERIOD
+    plain = given and control_period == CONTROL_PERIOD
     whole = round(duration / control_period) * control_period if held else 0.0
     if not held or (plain and abs(whole - duration) > 1e-6):
         raise refuse("DrillRig", "duration", repr(duration), "s", f"a multiple of {control_period:g}, {allowed}")
@@ -142,17 +146,21 @@ class Task:
 
     def __post_init__(self) -> None:
         self._read("rig")
+        slowest = slowest_period(self.rig)
+        check_computable(self.rig)
         self._read("largest_reference")
         scales = Scales.of(self.rig, self.largest_reference)
-        self._take("largest_reference", LARGEST_REFERENCE * scales.speed)
+        usual = LARGEST_REFERENCE * Scales.of(self.rig).speed
+        speeds = Allowed(usual / _LARGEST_RATIO, usual * _LARGEST_RATIO)
+        self._take("largest_reference", LARGEST_REFERENCE * scales.speed, speeds)
         rates = Allowed(0.0, _HIGHEST_SLEW_LIMIT * scales.rate, low_open=True)
         self._take("slew_limit", SLEW_LIMIT * scales.rate, rates)
-        slowest = slowest_period(self.rig)
         periods = Allowed((1.0 - _ROUNDING) * slowest / _FASTEST, (1.0 + _ROUNDING) * slowest / _SLOWEST)
         self._take("control_period", CONTROL_PERIOD * scales.time, periods)
-        duration = DURATION * scales.duration if self.duration is None else self.duration
+        given = self.duration is not None
+        duration = self.duration if given else DURATION * scales.duration
         longest = LONGEST_EPISODE * scales.duration
-        object.__setattr__(self, "duration", _read_duration(duration, self.control_period, longest))
+        object.__setattr__(self, "duration", _read_duration(duration, self.control_period, longest, given))
         object.__setattr__(self, "scenario", Scenario.named(self.scenario, scales))
         object.__setattr__(self, "sensors", Sensors.named(self.sensors).at(scales))
         object.__setattr__(self, "reward", Reward.of(self.reward, scales.time))

@@ -12,6 +12,7 @@ import numpy as np
 from drillrig_env.arrays import FloatArray, Quantity, Record, Records
 from drillrig_env.friction.contact import CONTACT
 from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 
 
@@ -26,11 +27,18 @@ def press(contact: Record, normal_force: float, mu_s: float, mu_k: float, v_b: f
 def contacts_of(
     rig: Rig, normal_force: Quantity, mu_s: Quantity, mu_k: Quantity, v_b: Quantity, speed_reference: Quantity = 0.0
 ) -> np.ndarray:
-    """Records of CONTACT for rigs that share `rig`; shapes broadcast. Units as for `press`, rad/s for the last."""
+    """Records of CONTACT for rigs that share `rig`; shapes broadcast. Units as for `press`, rad/s for the last.
+
+    Raises `ValueError` for a friction torque that no double holds.
+    """
     shape = np.broadcast_shapes(*(np.shape(value) for value in (normal_force, mu_s, mu_k, v_b, speed_reference)))
     contacts = np.empty(shape, dtype=CONTACT)
     fields = contacts.view(np.recarray)
-    press.py_func(fields, np.asarray(normal_force), mu_s, mu_k, v_b, rig.r_1)  # type: ignore[attr-defined]
+    with np.errstate(over="ignore", invalid="ignore"):
+        press.py_func(fields, np.asarray(normal_force), mu_s, mu_k, v_b, rig.r_1)  # type: ignore[attr-defined]
+        if not np.isfinite(fields.static).all():
+            largest = np.finfo(float).max / rig.r_1 / np.max(mu_s)
+            raise refuse("Friction", "normal_force", float(np.max(normal_force)), "N", f"<= {largest:.3g}")
     fields.omega_s, fields.speed_reference = rig.omega_s, speed_reference
     return contacts
 

@@ -62,6 +62,7 @@ def simulate_batch(
         every=parts,
         threads=threads,
         tolerance=tolerance,
+        where="simulate_batch",
     )
     return np.concatenate([start[:, None], states], axis=1)
 
@@ -77,6 +78,8 @@ def advance_batch(
     every: int = 1,
     threads: int | None = 1,
     tolerance: float = TOLERANCE,
+    where: str = "advance_batch",
+    begin: float = 0.0,
 ) -> FloatArray:
     """Advance rigs that share `rig` by a number of periods (s) of constant speed reference.
 
@@ -103,8 +106,8 @@ def advance_batch(
         )
 
     over_slices(run, rigs, check_threads(threads), periods)
-    times: FloatArray = period * every * np.arange(1, periods // every + 1, dtype=float)
-    check_finite(result, times, "advance_batch")
+    times: FloatArray = begin + period * every * np.arange(1, periods // every + 1, dtype=float)
+    check_finite(result, times, where)
     return result
 
 

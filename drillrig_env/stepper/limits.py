@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import lru_cache
 from math import inf, isfinite, log, sqrt
 
@@ -11,7 +11,7 @@ import numpy as np
 from drillrig_env.drive import Drive
 from drillrig_env.model import STATE_NAMES, STATE_UNITS, frictionless_state
 from drillrig_env.rig import Rig
-from drillrig_env.stepper.units import time_of
+from drillrig_env.stepper.units import time_of, units_of
 
 FASTEST_RATE = 1e12
 """Rates (1/s, in the rig's own unit of time) that the shortest steps still resolve."""
@@ -22,6 +22,9 @@ _DAMPED = 1e3
 _LARGEST_STATE = 1e12
 """A state beside which doubles resolve 1e-4 of its unit."""
 
+_LARGEST_UNIT = 1e100
+"""A unit of the rig's own, or 1 over one, from which doubles can go up and down by as much again."""
+
 _CHAPTER = Rig()
 
 
@@ -31,7 +34,7 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
 
     `drive` takes the place of the rig's own.
     """
-    time = time_of(rig)
+    time, own, rig = _check_units(rig), rig, with_lag(rig)
     k_p, k_i, K_E = (drive.k_p, drive.k_i, drive.remaining_K_E(rig)) if drive else (rig.k_p, rig.k_i, rig.K_E)
     with np.errstate(all="ignore"):
         rates = {
@@ -49,15 +52,36 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
             "eta K_T K_E L J_3": rig.eta * _root(rig.K_T, rig.L) * _root(K_E, rig.J_3),
             "eta K_T k_i L J_3": (_ratio(rig.eta, rig.L) * _ratio(rig.K_T, rig.J_3) * k_i) ** (1.0 / 3.0),
         }
+        units = units_of(rig)
+        at_speed = np.abs(frictionless_state(rig, units.speed, drive)) / units.states
     names, rate = max(rates.items(), key=lambda item: item[1] if isfinite(item[1]) else inf)
-    if not (isfinite(time) and time > 0.0 and rate * time <= FASTEST_RATE):
-        where = names if isfinite(time) and time > 0.0 else "J_1 J_2 k_1 k_2"
-        _refuse(rig, drive, where, f"a value with which no rate in the rig exceeds {FASTEST_RATE:g} / {time:g} s")
-    at_speed = np.abs(frictionless_state(rig, 1.0 / time, drive))
-    if not np.all(at_speed[[0, 1, 6]] <= _LARGEST_STATE):
+    if not rate * time <= FASTEST_RATE:
+        _refuse(own, drive, names, f"a value with which no rate in the rig exceeds {FASTEST_RATE:g} / {time:g} s")
+    if not np.all(at_speed <= _LARGEST_STATE):
         state = int(np.flatnonzero(~(at_speed <= _LARGEST_STATE))[0])
-        reason = f"a value with which {STATE_NAMES[state]} stays below {_LARGEST_STATE:g} {STATE_UNITS[state]}"
-        _refuse(rig, drive, {0: "k_1", 1: "T_r2 k_2"}.get(state, "R C_m T_f K_E eta K_T k_i"), reason)
+        largest = f"{_LARGEST_STATE * units.states[state]:g} {STATE_UNITS[state]}"
+        reason = f"a value with which {STATE_NAMES[state]} stays below {largest}"
+        _refuse(own, drive, {0: "k_1", 1: "T_r2"}.get(state, "R C_m T_f K_E eta K_T k_i"), reason)
+
+
+def with_lag(rig: Rig) -> Rig:
+    """The rig, its armature made as slow as the shortest steps resolve: no speed shows how much faster it is."""
+    least = rig.R * time_of(rig) / FASTEST_RATE
+    return replace(rig, L=least) if rig.L < least <= _LARGEST_UNIT else rig
+
+
+def _check_units(rig: Rig) -> float:
+    """The rig's time (s). Raises `ValueError` where it, or another unit of the rig, leaves no room in a double."""
+    time = time_of(rig)
+    low, high = 1.0 / _LARGEST_UNIT, _LARGEST_UNIT
+    for names, what, value, unit in (
+        ("J_1", "the period of the string", time, "s"),
+        ("J_1", "the torque that turns J_1 in that time", rig.J_1 / time / time if time else inf, "N m"),
+        ("eta K_T", "the motor's torque", rig.eta * rig.K_T, "N m/A"),
+    ):
+        if not low <= value <= high:
+            _refuse(rig, None, names, f"a value with which {what} is {low:g} to {high:g} {unit}")
+    return time
 
 
 def _ratio(above: float, below: float) -> float:
@@ -69,14 +93,14 @@ def _root(above: float, below: float) -> float:
 
 
 def _refuse(rig: Rig, drive: Drive | None, names: str, allowed: str) -> None:
-    """Refuse the one of some parameters that lies farthest from the chapter's value."""
+    """Refuse the one of some parameters, or of the string's, that lies farthest from the chapter's value."""
     own = {} if drive is None else {"k_p": drive.k_p, "k_i": drive.k_i}
 
     def distance(name: str) -> float:
         value, usual = own.get(name, getattr(rig, name)), getattr(_CHAPTER, name)
         return abs(log(value) - log(usual)) if value > 0.0 and usual > 0.0 else 0.0
 
-    name = max(names.split(), key=distance)
+    name = max([*names.split(), "J_1", "J_2", "k_1", "k_2"], key=distance)
     unit = next(f" {item.metadata['unit']}".rstrip() for item in fields(rig) if item.name == name)
     where = "Drive" if name in own else "Rig"
     value = own.get(name, getattr(rig, name))

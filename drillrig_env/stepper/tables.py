@@ -27,7 +27,7 @@ from drillrig_env.model import friction_input, frictionless_state, jacobian, tor
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.exponentials import BETWEEN, NODES, RADAU_NODES, doubled_steps, variation_of_constants
-from drillrig_env.stepper.limits import check_computable
+from drillrig_env.stepper.limits import check_computable, with_lag
 from drillrig_env.stepper.units import Units, units_of
 
 UNIT_RUNG = 17
@@ -158,6 +158,7 @@ def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Dr
     if not POSITIVE.holds(period):
         raise refuse("step_tables", "period", period, "s", POSITIVE)
     check_computable(rig, drive)
+    rig = with_lag(rig)
     units = units_of(rig)
     M, b, step = _in_units(rig, drive, units, period)
     rungs = np.zeros(RUNGS, dtype=RUNG)

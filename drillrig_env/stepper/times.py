@@ -19,6 +19,9 @@ _SAME = 1e-8
 _FINEST = 8.0
 """Shortest sample period, in spacings of doubles at the last time."""
 
+_MOST_PARTS = 1e12
+"""Most steps that a period is cut into: more would take years."""
+
 
 def sample_count(where: str, duration: float, sample_period: float) -> int:
     """How many whole sample periods a duration has (both s), one that is whole but for rounding counted.
@@ -43,8 +46,11 @@ def same_time(duration: float, sample_period: float) -> float:
 def step_of(rig: Rig, period: float) -> tuple[int, float]:
     """Into how many equal steps a period (s) is cut so that none is too long for the stepper, and their length.
 
-    Raises `ValueError` for a rig that cannot be computed.
+    Raises `ValueError` for a rig that cannot be computed, and for a period of which no steps can be counted.
     """
     check_computable(rig)
+    longest = _MOST_PARTS * LONGEST_PERIOD * units_of(rig).time
+    if not period <= longest:
+        raise refuse("simulate", "sample_period", period, "s", f"<= {longest:g}")
     parts = max(1, ceil(period / (LONGEST_PERIOD * units_of(rig).time) - _SAME / 100.0))
     return parts, period / parts

@@ -183,6 +183,7 @@ def test_a_finer_control_period_sees_the_same_rig():
         ({"control_period": "0.1"}, "control_period = '0.1' is text"),
         ({"largest_reference": 0.0}, "largest_reference = 0.0 rad/s .* > 0"),
         ({"largest_reference": [10.0]}, "largest_reference"),
+        ({"largest_reference": 3e-311}, "largest_reference = 3e-311 rad/s .* >= 1e-05 and <= 1e"),
         ({"rig": FAST, "slew_limit": 1e5}, r"slew_limit = 100000.0 rad/s\^2 .* <= 42250"),
         ({"rig": FIELD, "scenario": drillrig_env.Scenario()}, r"\(1.0, 5.0\) rad/s .* each >= 0.004 and <= 4 rad/s"),
         ({"scenario": {"speed_target": (2.0, 11.0)}}, r"speed_target = \(2.0, 11.0\)"),
@@ -234,3 +235,11 @@ def test_a_task_that_moves_to_another_rig_takes_the_numbers_of_that_rig():
     own = drillrig_env.Scenario(speed_target=(7.0, 8.0))
     assert Task.of(Task(scenario=own), rig=FAST).scenario is own
     assert gym.make("DrillRig-v0", task=Task(), rig=FAST).unwrapped.task == Task.for_rig(FAST)
+
+
+@pytest.mark.parametrize("rig", [Rig(d_1=0.0), Rig(d_2=0.011)])
+def test_episode_of_a_rig_of_the_chapters_period_is_whole_control_steps_long(rig):
+    task = Task.for_rig(rig)
+    assert task.control_period == 0.1
+    assert task.duration != 60.0
+    assert task.duration / 0.1 == pytest.approx(round(task.duration / 0.1), abs=1e-9)

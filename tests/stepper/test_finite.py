@@ -29,6 +29,13 @@ def test_rig_that_runs_away_is_an_error_of_simulation_and_environment():
         _play(gym.make("DrillRig-v0", rig=RUNAWAY))
 
 
+def test_time_is_that_of_the_whole_run_and_the_name_that_of_the_call():
+    with pytest.raises(NotFiniteError, match=r"^simulate: .* of rig 0 at 4\.\d* s"):
+        simulate(normal_force=[(0.0, 10.0), (4.0, 1e300)], duration=9.0)
+    with pytest.raises(NotFiniteError, match=r"^simulate_batch: "):
+        simulate_batch(RUNAWAY, duration=5.0)
+
+
 @pytest.mark.filterwarnings("error")
 def test_impossible_load_is_refused_with_its_rig():
     frictions = Friction(np.array([10.0, 20.0, 1e300]))

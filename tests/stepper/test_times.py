@@ -50,6 +50,12 @@ def test_periods_that_doubles_do_not_resolve_are_refused():
             run(duration=10.0, sample_period=1e-15)
 
 
+def test_periods_of_more_steps_than_can_be_counted_are_refused():
+    for run in (simulate, simulate_batch):
+        with pytest.raises(ValueError, match=r"sample_period = 1e\+307 s is not allowed; allowed: <= 1e\+11"):
+            run(duration=1e308, sample_period=1e307)
+
+
 @pytest.mark.parametrize("first", [0.71828182, 1.0 + 1e-12, 1.0 + 3e-10, 1.0 - 3e-10])
 def test_switches_off_the_grid_are_taken_where_they_are(first):
     """The second half of a run is that of a run which begins there."""
