@@ -25,7 +25,7 @@ import numpy as np
 from benchmarks.measure import kept, print_table, write_json
 from benchmarks.radau9 import solve
 from drillrig_env import Friction, Rig, simulate
-from drillrig_env.allowed import COUNT, POSITIVE
+from drillrig_env.allowed import COUNT, POSITIVE, Allowed
 from drillrig_env.arrays import FloatArray
 from drillrig_env.command_line import Parser, command
 from drillrig_env.flags import of_kind
@@ -37,6 +37,7 @@ RIGS, DURATION, SAMPLE = 1000, 10.0, 0.5  # s
 TOLERANCES, AGREED, LIMIT = (1e-10, 1e-11), 1e-7, 1e-6
 FACTOR, HEAVIEST, DECAY, REFERENCE = 10.0, 200.0, (0.05, 50.0), (0.1, 50.0)  # N, s/rad, rad/s
 _FIXED = ("T_r2",)  # 0 in the chapter
+_NUMBER = Allowed(low=0, whole=True)
 
 
 @dataclass(frozen=True)
@@ -151,9 +152,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = Parser(prog="python -m benchmarks.any_rig", description=__doc__)
     add = parser.add_argument
     add("--rigs", type=of_kind(COUNT), default=RIGS, help=f"how many (default: {RIGS})")
-    add("--seed", type=int, default=0, help="which ones (default: 0)")
+    add("--seed", type=of_kind(_NUMBER), default=0, help="which ones (default: 0)")
     add("--period", type=of_kind(POSITIVE), default=0.1, help=f"sample period in s, a part of {SAMPLE} (default: 0.1)")
-    add("--only", type=int, help="the number of one rig alone")
+    add("--only", type=of_kind(_NUMBER), help="the number of one rig alone")
     add("--json", type=Path, default=Path("results/benchmarks/any_rig.json"), help="where to write the figures")
     chosen = parser.parse_args(arguments)
     if (SAMPLE / chosen.period) % 1.0 != 0.0:
