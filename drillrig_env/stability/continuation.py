@@ -32,9 +32,6 @@ _HARDLY_STUCK = 0.01
 _LOCATED = 1e-5
 """The share of a step to which an end is located: at a fold the speed is stationary."""
 
-_NEAR_ONE = 1e-2
-"""How near to +1 a multiplier is where a branch is found to end, for it to end in a fold."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Point:
@@ -46,62 +43,68 @@ class _Point:
     rounds: int
 
     @property
-    def largest(self) -> complex:
-        """The largest multiplier but for the trivial one."""
+    def is_stable(self) -> bool:
+        """Whether all multipliers but the trivial one lie inside the unit circle."""
         values = self.passage.multipliers
-        return complex(np.delete(values, int(np.argmin(np.abs(values - 1.0))))[0])
+        return bool(np.all(np.abs(np.delete(values, int(np.argmin(np.abs(values - 1.0))))) < 1.0))
 
     @property
-    def goes_on(self) -> bool:
-        """Whether the branch is still that of stable stick-slip on its way to higher speeds."""
-        return self.passage.stuck > 0.0 and self.direction[-1] > 0.0 and abs(self.largest) < 1.0
+    def rises(self) -> bool:
+        """Whether the branch is on its way to higher speeds."""
+        return bool(self.direction[-1] > 0.0)
 
 
 def end_of_branch(returns: ReturnMap, speed_reference: float, orbit: Passage) -> tuple[float, Kind]:
     """The speed reference (rad/s) at which the branch of a stable stick-slip orbit ends, and how.
 
-    `orbit` is its return to the section at `speed_reference` (rad/s).
+    `orbit` is its return to the section at `speed_reference` (rad/s). Where it loses its stability on the way and does
+    not come by it again, the end is where it does.
     """
-    speed_unit = units_of(returns.rig).speed
-    up = np.eye(7)[6]
+    speed_unit, up = units_of(returns.rig).speed, np.eye(7)[6]
     point = _corrected(returns, _place(returns, orbit.state, speed_reference), up)
-    if point is None or not point.goes_on:
-        return speed_reference, "other"
-    step = _FIRST_STEP
+    if point is None or not point.rises or not point.is_stable:
+        return speed_reference, "lost"
+    step, lost_stability = _FIRST_STEP, point.place[-1]
     for _ in range(_MOST_STEPS):
         length = step * point.place[-1] / max(point.direction[-1], 1e-3)
         after = _corrected(returns, point.place + length * point.direction, point.direction)
-        if after is None or after.passage.stuck == 0.0:
+        if after is not None and not after.rises:
+            end = _turn(returns, point, length)
+            return (end, "fold") if point.is_stable else (float(lost_stability * speed_unit), "other")
+        if after is None:
             step *= 0.5
             if step < _SHORTEST_STEP:
-                kind: Kind = "grazing" if after or point.passage.stuck < _HARDLY_STUCK else "lost"
-                return float(point.place[-1] * speed_unit), kind
-        elif not after.goes_on:
-            return _between(returns, point, length, after)
-        else:
-            point, step = after, min(1.5 * step, _LONGEST_STEP) if after.rounds <= _EASY else step
-    return float(point.place[-1] * speed_unit), "lost"
+                break
+            continue
+        if point.is_stable and not after.is_stable:
+            lost_stability = _loss(returns, point, length)
+        point, step = after, min(1.5 * step, _LONGEST_STEP) if after.rounds <= _EASY else step
+    kind: Kind = "lost" if point.passage.stuck > _HARDLY_STUCK else "grazing" if point.is_stable else "other"
+    return float((lost_stability if kind == "other" else point.place[-1]) * speed_unit), kind
 
 
-def _between(returns: ReturnMap, point: _Point, length: float, beyond: _Point) -> tuple[float, Kind]:
-    """The end between a point of the branch and one beyond it, a `length` further on."""
-    last = point
+def _turn(returns: ReturnMap, point: _Point, length: float) -> float:
+    """The largest speed (rad/s) of the branch between a point and one beyond its fold, a `length` further on."""
+    highest = point.place[-1]
 
     def upwards(share: float) -> float:
-        """Which way the branch goes there; -1 where stable stick-slip does not go on upwards."""
-        nonlocal last, beyond
+        nonlocal highest
         found = _corrected(returns, point.place + share * length * point.direction, point.direction)
-        if found is None:
-            return -1.0
-        if found.goes_on:
-            last = found
-        else:
-            beyond = found
-        return float(found.direction[-1]) if found.goes_on or found.direction[-1] < 0.0 else -1.0
+        highest = max(highest, found.place[-1] if found else 0.0)
+        return float(found.direction[-1]) if found else -1.0
 
     brentq(upwards, 0.0, 1.0, xtol=_LOCATED)
-    kind: Kind = "fold" if abs(beyond.largest - 1.0) < _NEAR_ONE else "other"
-    return float(last.place[-1] * units_of(returns.rig).speed), kind
+    return float(highest * units_of(returns.rig).speed)
+
+
+def _loss(returns: ReturnMap, point: _Point, length: float) -> float:
+    """The speed, in its unit, at which the branch loses its stability within a `length` from a point."""
+    low, high = 0.0, 1.0
+    while high - low > _LOCATED:
+        middle = 0.5 * (low + high)
+        found = _corrected(returns, point.place + middle * length * point.direction, point.direction)
+        low, high = (middle, high) if found and found.is_stable else (low, middle)
+    return float((point.place + low * length * point.direction)[-1])
 
 
 def _place(returns: ReturnMap, state: FloatArray, speed_reference: float) -> FloatArray:

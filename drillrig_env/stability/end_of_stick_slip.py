@@ -19,7 +19,7 @@ from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.continuation import end_of_branch
 from drillrig_env.stability.fold import REACHES, load_of
 from drillrig_env.stability.return_map import ReturnMap
-from drillrig_env.stability.shooting import find_stick_slip
+from drillrig_env.stability.shooting import find_stick_slip, settled_stick_slip
 from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
 from drillrig_env.stability.stable_sets import critical_speed
 from drillrig_env.stepper.units import time_of, units_of
@@ -29,6 +29,9 @@ _BELOW = 0.98
 
 _FIRST_TRY, _TRIES = 0.3, 5
 """Without such a speed: the first share of the speed that a rig gains breaking loose, and tries, each at half."""
+
+_ABOVE, _BRANCHES = 1.02, 5
+"""Where another branch is looked for above the end of one, and branches that are followed at most."""
 
 _SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)
 """Of the depth up to which stick-slip may end at grazing: where it is tried out whether it does."""
@@ -57,7 +60,8 @@ def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     """The speed reference above which only calm rotation is left, and how stick-slip ends there.
 
     Raises `ValueError` for a rig of which steady rotation is never stable under friction that falls, and for a load so
-    heavy that stick-slip is not found or cannot be followed.
+    heavy that stick-slip is not found or cannot be followed; `FloatingPointError` for a rig of which no slipping orbit
+    is found.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     load, v_b = load_of(rig, friction), np.asarray(friction.v_b)
@@ -103,6 +107,8 @@ def _family(rig: Rig, load: float) -> SlippingOrbits:
         family = slipping_orbits(rig, reach)
         if load <= family.largest_load or family.ends or not family.ends_stick_slip(family.depth[-1]):
             break
+    if len(family.depth) == 1:
+        raise FloatingPointError(f"end_of_stick_slip: {family.ends}")
     return family
 
 
@@ -135,11 +141,18 @@ def _followed(rig: Rig, friction: Friction, fold: float, may_graze: bool) -> tup
     returns = ReturnMap(rig, friction)
     drop = float(friction.normal_force) * rig.r_1 * (float(friction.mu_s) - float(friction.mu_k))
     first = _BELOW * fold if np.isfinite(fold) else _FIRST_TRY * drop * time_of(rig) / rig.J_1
+    found: tuple[float, str] = (fold, "grazing") if may_graze and np.isfinite(fold) else (np.nan, "none")
     for halved in range(_TRIES):
         speed_reference = first / 2**halved
         orbit = find_stick_slip(returns, speed_reference) if speed_reference > rig.omega_s else None
         if orbit is not None:
-            end, kind = end_of_branch(returns, speed_reference, orbit)
-            is_at_grazing = end < fold * (1.0 + _AT_GRAZING) and (may_graze or kind == "grazing")
-            return (fold, "grazing") if is_at_grazing else (end, kind)
-    return (fold, "grazing") if may_graze and np.isfinite(fold) else (np.nan, "none")
+            break
+    for _ in range(_BRANCHES):
+        if orbit is None:
+            break
+        end, kind = end_of_branch(returns, speed_reference, orbit)
+        is_at_grazing = end < fold * (1.0 + _AT_GRAZING) and (may_graze or kind == "grazing")
+        found = (fold, "grazing") if is_at_grazing else (end, kind)
+        speed_reference = _ABOVE * found[0]
+        orbit = settled_stick_slip(returns, speed_reference)
+    return found

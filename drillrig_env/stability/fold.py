@@ -1,4 +1,4 @@
-"""The fold: the speed reference at which stick-slip ends, for one friction or thousands at once."""
+"""The fold: the speed reference at which stick-slip grazes, for one friction or thousands at once."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ REACHES = tuple(FIRST_REACH * 2.0**doubled for doubled in range(4))
 
 
 def fold_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
-    """Speed reference (rad/s) at which the stick-slip branch p1 ends; above it only calm rotation is left.
+    """Speed reference (rad/s) of the orbit that grazes the stick zone, at which p1 and p2 meet.
 
-    Between the critical speed and this one a rig can do either: a sticking rig is freed for certain
-    only by going past the fold. NaN where friction is so weak that the critical speed is 0: no
+    There stick-slip ends, and above it only calm rotation is left, but for heavy loads and friction that falls fast:
+    `end_of_stick_slip` tells. Between the critical speed and this one a rig can do either: a sticking rig is freed for
+    certain only by going past the end. NaN where friction is so weak that the critical speed is 0: no
     stick-slip, no bistable region. One entry a rig for a batch of frictions.
 
-    It is the speed of the grazing orbit, at which p1 and p2 meet, exact to 1e-7 rad/s; the true
-    turning point lies about 1e-6 rad/s above it.
+    It is exact to 1e-7 rad/s; the true turning point lies about 1e-6 rad/s above it.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     load = load_of(rig, friction)

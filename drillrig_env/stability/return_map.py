@@ -1,6 +1,7 @@
 """The return of a rig to a section of the state space, and its derivative: what shooting for periodic orbits needs.
 
-The section is x_3 = omega_ref with the bit speeding up, which every periodic orbit of the rig crosses once a period.
+The section is x_3 = omega_ref with the bit speeding up for the first time after a stick: an orbit of stick-slip comes
+there once a period, however often its bit speed passes the reference.
 """
 
 from __future__ import annotations

@@ -25,15 +25,15 @@ def find_stick_slip(returns: ReturnMap, speed_reference: float, guess: FloatArra
     of the branch what attracts to it is small.
     """
     orbit = None if guess is None else _closed(returns, speed_reference, np.array(guess, dtype=float), 1)
-    orbit = orbit or _wound_up(returns, speed_reference)
-    slower = None if orbit else _wound_up(returns, _SLOWER[0] * speed_reference)
+    orbit = orbit or settled_stick_slip(returns, speed_reference)
+    slower = None if orbit else settled_stick_slip(returns, _SLOWER[0] * speed_reference)
     for share in _SLOWER[1:] if slower else ():
         slower = slower and _closed(returns, share * speed_reference, slower.state, 1)
     return orbit or slower
 
 
-def _wound_up(returns: ReturnMap, speed_reference: float) -> Passage | None:
-    """The orbit p1 from a wound-up rig, after some returns; None where it is not found."""
+def settled_stick_slip(returns: ReturnMap, speed_reference: float) -> Passage | None:
+    """The return to itself of the stick-slip orbit that a wound-up rig comes to; None where it comes to none."""
     wound = wound_up(returns.rig, returns.friction, speed_reference).reshape(7)
     for settling in _SETTLING_RETURNS:
         orbit = _closed(returns, speed_reference, wound, settling)
@@ -59,7 +59,7 @@ def _closed(returns: ReturnMap, speed_reference: float, state: FloatArray, settl
             return None
         gap = ((passage.state - state) / units)[OFF_SECTION]
         if np.abs(gap).max() < _CLOSED * max(1.0, 0.01 * np.abs(state / units).max()):
-            return passage if passage.stuck > 0.0 else None
+            return passage
         tried = state.copy()
         slopes = passage.slopes[np.ix_(OFF_SECTION, OFF_SECTION)]
         tried[OFF_SECTION] += units[OFF_SECTION] * np.linalg.solve(np.eye(6) - slopes, gap)

@@ -1,7 +1,8 @@
 """A trajectory and the derivative of the flow along it, from one passage of a section to the next, in compiled code.
 
-The section is x_3 = omega_ref with the bit speeding up. Slip is solved by the stepper's collocation, and what a change
-of the start does to a step is the derivative of that solution; stick is linear, and one matrix exponential does both.
+The section is x_3 = omega_ref with the bit speeding up, for the first time after a stick. Slip is solved by the
+stepper's collocation, and what a change of the start does to a step is the derivative of that solution; stick is
+linear, and one matrix exponential does both.
 Steps end where the law has its kink, and at the section, by ever shorter ones. At the kink (4-9) steps by a share
 v_b omega_s of the friction's fall: by how much earlier or later a trajectory gets there, it has the one rate or the
 other (the saltation matrix).
@@ -29,8 +30,7 @@ COLUMNS = 8
 
 _LONGEST_IN_STICK = 2  # rungs below the longest: what leaves the stick zone within a step and comes back is not seen
 _ROUNDING = 2.0**-48  # of the speed reference, from which the bit speed is counted
-_CLEARLY_BELOW = 2.0**-30  # of the speed reference, for the bit to come back from
-_LONGEST_SLIP, _LONGEST_STICK = 4000, 40_000  # periods
+_LONGEST_SLIP, _LONGEST_STICK = 400, 40_000  # periods; several swings of the string, and a stick at low speed
 _MOST_STEPS = 1 << 20
 
 
@@ -51,7 +51,7 @@ def follow(
     stick        shape (SHORTEST + 1, 7, 7): the flow in the stick zone over the step of each rung
     stuck_state  shape (7,): what of `y` would hold still in the stick zone, for a speed reference of 1 rad/s
 
-    NaN where the bit does not pass the section.
+    NaN where the bit does not pass the section, or sticks no more.
     """
     work = works[0]
     y, contact = work.y, work.contact
@@ -60,7 +60,7 @@ def follow(
     work.caution = caution_for(contact, rungs[0])
     first = rungs[0].first
     zone, rung, approaching, passes = zone_of(y[2] + speed, edge), first, False, False
-    has_fallen = False
+    has_stuck = False
     elapsed, in_stick = 0, 0
     for _ in range(_MOST_STEPS):
         for i in range(STATE):
@@ -76,7 +76,7 @@ def follow(
             if not leaves or rung == SHORTEST:
                 take_step(y, rungs[rung], work)
                 leaves = zone * (y[2] + speed) < edge
-                passes = has_fallen and before[2] < 0.0 <= y[2]
+                passes = has_stuck and before[2] < 0.0 <= y[2]
         if (leaves or passes or not solved) and rung < SHORTEST:
             for i in range(STATE):
                 y[i] = before[i]
@@ -91,7 +91,7 @@ def follow(
         in_stick += 1 << (SHORTEST - rung) if zone == 0 else 0
         if passes:
             return elapsed / (1 << SHORTEST), in_stick / (1 << SHORTEST)
-        has_fallen |= y[2] < -_CLEARLY_BELOW * speed
+        has_stuck |= zone == 0
         if elapsed - in_stick > _LONGEST_SLIP << SHORTEST or in_stick > _LONGEST_STICK << SHORTEST:
             break
         if rung == SHORTEST:
