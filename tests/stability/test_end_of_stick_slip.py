@@ -1,5 +1,7 @@
 """The end of stick-slip, against simulation on either side of it, and where it is that at grazing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,41 @@ def test_friction_too_weak_for_stick_slip_has_no_end_of_it(friction):
 def test_rig_that_is_never_stable_is_refused():
     with pytest.raises(ValueError, match="never stable"):
         end_of_stick_slip(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0), Friction(10.0))
+
+
+def random_rig(rng):
+    names = ["J_1", "J_2", "J_3", "k_1", "k_2", "d_1", "d_2", "C_m", "K_E", "k_p", "k_i", "L", "R"]
+    return replace(RIG, **{name: getattr(RIG, name) * float(np.exp(rng.uniform(-1.1, 1.1))) for name in names})
+
+
+@pytest.mark.parametrize("count", [12, pytest.param(200, marks=pytest.mark.slow)])
+def test_random_rigs_end_at_grazing_or_above_it_or_say_why_not(count):
+    """What the family decides is what following finds; other ends are followed, and none is a guess."""
+    rng, decided = np.random.default_rng(1), 0
+    for _ in range(count):
+        rig = random_rig(rng)
+        friction = Friction(np.exp(rng.uniform(0.7, 4.5)), v_b=np.exp(rng.uniform(-0.7, 1.1)))
+        try:
+            end = end_of_stick_slip(rig, friction)
+        except ValueError as error:
+            assert "followed" in str(error)  # noqa: PT017 - most rigs have an answer, and none need refuse
+            continue
+        decided += 1
+        if end.kind == "grazing":
+            fold = fold_speed(rig, friction)
+            assert end.speed == pytest.approx(fold, rel=1e-9)
+            assert _followed(rig, friction, fold * (1.0 + 1e-15), may_graze=False)[0] == pytest.approx(fold, rel=1e-4)
+        elif end.kind == "fold":
+            orbit = stick_slip_orbit(rig, friction, end.speed * (1.0 - 1e-5))
+            assert orbit.stuck > 0.0
+    assert decided > 0.95 * count
+
+
+def test_a_second_branch_above_the_first_counts():
+    """Orbits of another form, with a second swing in their slip, go on where the first ones turn back."""
+    rng = np.random.default_rng(1)
+    for _ in range(58):
+        rig, friction = random_rig(rng), Friction(np.exp(rng.uniform(0.7, 5.0)), v_b=np.exp(rng.uniform(-0.7, 1.1)))
+    end = end_of_stick_slip(rig, friction)
+    assert end.speed == pytest.approx(18.3119, abs=1e-3)
+    assert sticks_after(rig, friction, 14.0, 500)
