@@ -52,6 +52,8 @@ WORKSPACE = np.dtype(
         ("before", "f8", STATE),
         ("fast", "f8", STATE),
         ("fast_left", "f8", STATE),
+        ("fast_gain", "f8"),  # what of its rate is friction's; 0 where the fast settling is not known yet
+        ("fast_rate", "f8"),  # of it, over the step for which it was found
         ("speed_samples", "f8", 2 * SAMPLES),  # the last SAMPLES entries mean nothing, nor do those of torques
         ("torque_samples", "f8", 2 * SAMPLES),
         ("caution", "f8"),  # how much smaller than usual the bounds on errors are, that friction makes grow

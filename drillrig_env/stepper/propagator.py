@@ -54,7 +54,7 @@ def advance(
     first = rungs[0].first
     position, rung, end, end_of_period, tries = 0, first, stop * _PER_UNIT, UNITS * _PER_UNIT, 0
     kink, slowest = end_of_period, rungs[0].slowest_collars - contact.speed_reference
-    work.caution = caution_for(contact, rungs[0])
+    work.caution, work.fast_gain = caution_for(contact, rungs[0]), 0.0
     if y[3] < slowest:
         _refuse_reversal(y, work)
         return

@@ -35,14 +35,14 @@ _FAST = 0.05
 def split(y: FloatArray, contact: Record, table: Record, work: Record) -> tuple[float, float]:
     """Take the fast settling out of `y`: its amplitude a (rad/s) and rate z (a step); its vector is `work.fast`.
 
-    Where there is no such mode, or a polynomial follows it, z is 0 and `y` remains as it was.
+    Where there is no such mode, or a polynomial follows it, z is 0 and `y` remains as it was. The mode is that of the
+    rig and its contact and is found once for both: where `work.fast_gain` is 0.
     """
     right, left = work.fast, work.fast_left
     gain = contact.static / contact.omega_s * table.rate_from_torque[2]
-    expected = gain + table.rate_from_state[2, 2]
-    rate = _power_iteration(gain, table, work)
-    if not (rate < 0.0 and abs(rate - expected) <= -_FAR_FROM_EXPECTED * expected):
-        rate = _settling_mode(gain, table, work)
+    if work.fast_gain == 0.0:
+        work.fast_gain, work.fast_rate = gain, _mode(gain, table, work)
+    rate = work.fast_rate * (gain / work.fast_gain)  # steps differ by powers of two
     if not rate < -_FAST:
         return 0.0, 0.0
     # u M_s = z u and M_s y* = -b sigma omega_ref give u y* = -u b sigma omega_ref / z; and u v is to be 1.
@@ -54,6 +54,16 @@ def split(y: FloatArray, contact: Record, table: Record, work: Record) -> tuple[
     for i in range(STATE):
         y[i] -= amplitude * right[i]
     return amplitude, rate
+
+
+@inlined
+def _mode(gain: float, table: Record, work: Record) -> float:
+    """The rate (a step) of x_3 settling, its vectors in `work.fast` and `work.fast_left`; 0 where there is none."""
+    expected = gain + table.rate_from_state[2, 2]
+    rate = _power_iteration(gain, table, work)
+    if not (rate < 0.0 and abs(rate - expected) <= -_FAR_FROM_EXPECTED * expected):
+        rate = _settling_mode(gain, table, work)
+    return rate
 
 
 @inlined
