@@ -10,7 +10,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from drillrig_env.arrays import FloatArray
+from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import STATE_NAMES, check_state, torque_into_string
 from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
@@ -160,8 +160,8 @@ def simulate(
     for begin, end in zip(switches, [*switches[1:], time[-1]], strict=True):
         inside = (time > begin + same) & (time < end - same)
         stops = np.concatenate([[begin], time[inside], [end]])
-        pressed = replace(friction, normal_force=_value_at(forces, begin, same))
-        states = methods[method](rig, pressed, _value_at(references, begin, same), x, stops)
+        reference, force = (float(_values_at(schedule, begin, same)) for schedule in (references, forces))
+        states = methods[method](rig, replace(friction, normal_force=force), reference, x, stops)
         state[inside] = states[:-1]
         x = states[-1]
         state[np.abs(time - end) <= same] = x
@@ -173,8 +173,8 @@ def simulate(
         friction=friction,
         time=time,
         state=state,
-        speed_reference=np.array([_value_at(references, t, same) for t in time]),
-        normal_force=np.array([_value_at(forces, t, same) for t in time]),
+        speed_reference=_values_at(references, time, same),
+        normal_force=_values_at(forces, time, same),
     )
 
 
@@ -232,5 +232,6 @@ def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, flo
     return pairs
 
 
-def _value_at(schedule: list[tuple[float, float]], time: float, same: float) -> float:
-    return [value for start, value in schedule if start <= time + same][-1]
+def _values_at(schedule: list[tuple[float, float]], times: Quantity, same: float) -> FloatArray:
+    starts, values = np.array(schedule).T
+    return np.asarray(values[np.searchsorted(starts, np.asarray(times) + same, side="right") - 1])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate, simulate_batch
+from drillrig_env.reference import radau
 from drillrig_env.stepper.times import sample_count, step_of
 
 START = np.array([0.0, 0.0, 2.5, 2.0, 2.0, 0.5, 0.0])
@@ -33,6 +34,24 @@ def test_states_belong_to_their_times(rate):
     np.testing.assert_allclose(fine.state[::rate, 2:5], coarse.state[::20, 2:5], atol=1e-6)
     batch = simulate_batch(None, Friction(24.0), START, 2.2, 12.0, sample_period=1.0 / rate)
     np.testing.assert_array_equal(batch[0], fine.state)
+
+
+@pytest.mark.parametrize(
+    "rate", [300, 44_100, *(pytest.param(rate, marks=pytest.mark.slow) for rate in (7000, 48_000))]
+)
+def test_states_of_twenty_seconds_are_those_of_radau_at_their_times(rate):
+    friction = Friction(21.0, 0.48, 0.31, 1.1)
+    run = simulate(None, friction, START, 1.9, duration=20.0, sample_period=1.0 / rate)
+    places = np.linspace(0, 20 * rate, 12).astype(int)
+    expected = radau(Rig(), friction, 1.9, START, run.time[places], rtol=1e-10, atol=1e-12)
+    np.testing.assert_allclose(run.state[places[1:], 2:5], expected[:, 2:5], atol=1e-6)
+
+
+def test_samples_of_an_hour_lie_within_one_rounding_of_whole_periods():
+    run = simulate(friction=Friction(0.0), duration=3600.0, sample_period=1.0 / 300)
+    for k in (1, 7, 99_991, 1_079_999, 1_080_000):
+        exact = k * Fraction(1.0 / 300)
+        assert abs(Fraction(float(run.time[k])) - exact) <= Fraction(float(np.spacing(run.time[k]))) / 2
 
 
 @pytest.mark.parametrize("period", [3e-9, 7e-10, 2e-11, 1e-13])
