@@ -29,6 +29,9 @@ _SHORTEST_STEP, _MOST_STEPS = 1e-9, 400
 _HARDLY_STUCK = 0.01
 """Share of the period in the stick zone below which a branch that cannot be followed on is taken to end at grazing."""
 
+_AT_A_FOLD = 1e-3
+"""How far above 1 a multiplier may be at a fold, which is met within rounding."""
+
 _LOCATED = 1e-5
 """The share of a step to which an end is located: at a fold the speed is stationary."""
 
@@ -69,8 +72,11 @@ def end_of_branch(returns: ReturnMap, speed_reference: float, orbit: Passage) ->
         length = step * point.place[-1] / max(point.direction[-1], 1e-3)
         after = _corrected(returns, point.place + length * point.direction, point.direction)
         if after is not None and not after.rises:
-            end = _turn(returns, point, length)
-            return (end, "fold") if point.is_stable else (float(lost_stability * speed_unit), "other")
+            share, last = _turn(returns, point, length)
+            if np.all(np.abs(last.passage.multipliers) < 1.0 + _AT_A_FOLD):
+                return float(last.place[-1] * speed_unit), "fold"
+            lost = _loss(returns, point, share * length) if point.is_stable else lost_stability
+            return float(lost * speed_unit), "other"
         if after is None:
             step *= 0.5
             if step < _SHORTEST_STEP:
@@ -83,18 +89,19 @@ def end_of_branch(returns: ReturnMap, speed_reference: float, orbit: Passage) ->
     return float((lost_stability if kind == "other" else point.place[-1]) * speed_unit), kind
 
 
-def _turn(returns: ReturnMap, point: _Point, length: float) -> float:
-    """The largest speed (rad/s) of the branch between a point and one beyond its fold, a `length` further on."""
-    highest = point.place[-1]
+def _turn(returns: ReturnMap, point: _Point, length: float) -> tuple[float, _Point]:
+    """The share of a `length` from a point at which the branch turns back, and the last orbit found before."""
+    before, last = 0.0, point
 
     def upwards(share: float) -> float:
-        nonlocal highest
+        nonlocal before, last
         found = _corrected(returns, point.place + share * length * point.direction, point.direction)
-        highest = max(highest, found.place[-1] if found else 0.0)
+        if found is not None and found.rises and share >= before:
+            before, last = share, found
         return float(found.direction[-1]) if found else -1.0
 
     brentq(upwards, 0.0, 1.0, xtol=_LOCATED)
-    return float(highest * units_of(returns.rig).speed)
+    return before, last
 
 
 def _loss(returns: ReturnMap, point: _Point, length: float) -> float:
