@@ -225,7 +225,7 @@ def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, flo
         raise refuse("simulate", f"first time of {name}", first, "s", "0")
     times = [t for t, _ in pairs]
     if not all(np.isfinite(times)) or any(b <= a for a, b in pairwise(times)):
-        raise refuse("simulate", f"times of {name}", times, "s", "ascending, finite")
+        raise refuse("simulate", f"times (s) of {name}", times, "", "ascending, finite")
     for _, value in pairs:
         if not NOT_NEGATIVE.holds(value):
             raise refuse("simulate", name, value, unit, NOT_NEGATIVE)

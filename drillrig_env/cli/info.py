@@ -65,20 +65,27 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     from drillrig_env.stability import critical_slope, critical_speed, end_of_stick_slip, fold_speed
 
     low, high = rig.string_frequencies
-    yield _line("f_1, f_2", f"{low:.3f}, {high:.3f}", "Hz", "frequencies of the string, the top held still")
-    yield _line("1/f_1, 1/f_2", f"{1 / low:.3f}, {1 / high:.3f}", "s", "its periods")
-    yield _line("impedance", f"{rig.impedance:.4f}", "N m s/rad", "of the string, for torque laws at the top")
+    yield _line("f_1, f_2", f"{_number(low)}, {_number(high)}", "Hz", "frequencies of the string, the top held still")
+    yield _line("1/f_1, 1/f_2", f"{_number(1 / low)}, {_number(1 / high)}", "s", "its periods")
+    yield _line("impedance", _number(rig.impedance), "N m s/rad", "of the string, for torque laws at the top")
     try:
         scales = Scales.of(rig)
         grown = f"{scales.time:.4g}, {scales.speed:.4g}, {scales.force:.4g}"
         yield _line("scales", grown, "", "of times, speeds and normal forces; the chapter's are 1")
     except ValueError as error:
         yield _line("scales", "?", "", str(error))
-    slope = critical_slope(rig)
-    yield _line("slope_min", f"{slope:.5f}", "N m s/rad", "the steepest fall of friction that leaves rotation stable")
-    speed = float(critical_speed(rig, friction))
-    about = "critical speed: below it steady rotation is unstable" if isfinite(speed) else "no speed is stable"
-    yield _line("omega_c", f"{speed:.3f}", "rad/s", about)
+    try:
+        slope = critical_slope(rig)
+        about = "the steepest fall of friction that leaves rotation stable" if isfinite(slope) else "no slope is stable"
+        yield _line("slope_min", _number(slope), "N m s/rad", about)
+    except ValueError as error:
+        yield _line("slope_min", "?", "N m s/rad", str(error))
+    try:
+        speed = float(critical_speed(rig, friction))
+        about = "critical speed: below it steady rotation is unstable" if isfinite(speed) else "no speed is stable"
+        yield _line("omega_c", _number(speed), "rad/s", about)
+    except ValueError as error:
+        yield _line("omega_c", "?", "rad/s", str(error))
     try:
         fold, end = float(fold_speed(rig, friction)), end_of_stick_slip(rig, friction)
     except (ValueError, FloatingPointError) as error:
@@ -88,26 +95,31 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     if end.kind == "none":
         yield _line("fold", "none", "", "friction is too weak for stick-slip")
     elif end.kind == "grazing":
-        yield _line("fold", f"{fold:.3f}", "rad/s", both)
+        yield _line("fold", _number(fold), "rad/s", both)
     else:
         if isfinite(fold):
-            yield _line("fold", f"{fold:.3f}", "rad/s", "orbits that slip all the time end here")
-        yield _line("end", f"{float(end.speed):.3f}", "rad/s", both)
+            yield _line("fold", _number(fold), "rad/s", "orbits that slip all the time end here")
+        yield _line("end", _number(float(end.speed)), "rad/s", both)
 
 
 def _orbit(rig: Rig, friction: Friction, speed_reference: float) -> Iterator[str]:
     """The stick-slip of the rig at a speed reference, a line for each of its numbers."""
-    from drillrig_env.stability import NoOrbitError, stick_slip_orbit
+    from drillrig_env.stability import stick_slip_orbit
 
     try:
         orbit = stick_slip_orbit(rig, friction, speed_reference)
-    except NoOrbitError as error:
+    except (ValueError, FloatingPointError) as error:  # no such orbit, or none that can be computed
         yield f"at {speed_reference:g} rad/s: {error}"
         return
     yield f"stick-slip at {speed_reference:g} rad/s:"
-    yield _line("period", f"{orbit.period:.3f}", "s", "of the orbit")
+    yield _line("period", _number(orbit.period), "s", "of the orbit")
     yield _line("stuck", f"{orbit.stuck:.3f}", "", "share of the period in which the bit stands still")
-    yield _line("highest", f"{orbit.highest[0].max():.3f}", "rad/s", "largest bit speed")
+    yield _line("highest", _number(orbit.highest[0].max()), "rad/s", "largest bit speed")
+
+
+def _number(value: float) -> str:
+    """Four digits, whatever the size: a rig may count in micronewtons."""
+    return f"{value:#.4g}".rstrip(".")
 
 
 def _line(name: str, value: str, unit: str, meaning: str) -> str:

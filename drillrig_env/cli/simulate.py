@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import floor, isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,9 +22,14 @@ from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 
 if TYPE_CHECKING:
+    from drillrig_env.friction import Friction
+    from drillrig_env.rig import Rig
     from drillrig_env.simulation import Simulation
 
 _PICTURES = (".png", ".svg", ".pdf")
+
+_LEAST_SAMPLES = 20
+"""Samples in the window at the end of a run, with fewer of which nobody can tell whether it is calm."""
 
 
 @command
@@ -75,23 +81,48 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
 
 def _ending(run: Simulation) -> str:
     """What the bit did over the end of the run, and what the stability analysis says of the rig there."""
-    from drillrig_env.scales import Scales
-    from drillrig_env.stability import critical_speed
-    from drillrig_env.verdict import WINDOW, is_calm, stick_slip_index
+    pressed = replace(run.friction, normal_force=float(run.normal_force[-1]))
+    return f"{_last(run)}\ncritical speed at N_1 = {pressed.normal_force:g} N: {_critical_speed(run.rig, pressed)}"
 
-    scales = Scales.of(run.rig)
-    window = WINDOW * scales.time
+
+def _last(run: Simulation) -> str:
+    """How the run ended, judged over the window of the rig's own time."""
+    from drillrig_env.scales import Scales
+    from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_calm, stick_slip_index
+
+    try:
+        scales = Scales.of(run.rig)
+        window = WINDOW * scales.time
+    except ValueError as error:
+        return f"calm or not: ? ({error})"
     last = run.time >= run.time[-1] - window
+    if last.sum() < _LEAST_SAMPLES:
+        return f"calm or not: ? (the last {window:.4g} s hold {last.sum()} samples; allowed: >= {_LEAST_SAMPLES})"
     speed = run.bit_speed[last]
     low, high, mean = float(speed.min()), float(speed.max()), float(speed.mean())
-    pressed = replace(run.friction, normal_force=float(run.normal_force[-1]))
-    steady = float(critical_speed(run.rig, pressed))
-    verdict = "calm" if is_calm(low, high, mean, scales.speed) else "not calm"
+    stuck = high < STUCK_SPEED * scales.speed
+    verdict = "stuck" if stuck else "calm" if is_calm(low, high, mean, scales.speed) else "not calm"
+    shown = f".{_decimals(max(abs(high), abs(mean), STUCK_SPEED * scales.speed))}f"
+    index = "" if stuck else f", stick-slip index {float(stick_slip_index(low, high, mean)):.3f}"
     return (
-        f"last {min(window, run.time[-1]):.4g} s: {verdict}; bit speed {low:.3f} to {high:.3f} rad/s, mean {mean:.3f}, "
-        f"stick-slip index {float(stick_slip_index(low, high, mean)):.3f}\n"
-        f"critical speed at N_1 = {pressed.normal_force:g} N: {steady:.3f} rad/s"
+        f"last {min(window, run.time[-1]):.4g} s: {verdict}; bit speed {low:{shown}} to {high:{shown}} rad/s, "
+        f"mean {mean:{shown}}{index}"
     )
+
+
+def _critical_speed(rig: Rig, friction: Friction) -> str:
+    from drillrig_env.stability import critical_speed
+
+    try:
+        speed = float(critical_speed(rig, friction))
+    except ValueError as error:
+        return f"? ({error})"
+    return f"{speed:.{_decimals(speed)}f} rad/s" if isfinite(speed) else "none, no speed is stable"
+
+
+def _decimals(speed: float) -> int:
+    """Decimals that show a speed, three at least."""
+    return max(3, 3 - floor(log10(speed))) if speed > 0.0 else 3
 
 
 def _write_csv(run: Simulation, path: Path) -> None:

@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction import Friction, FrictionLike
-from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.continuation import end_of_branch
 from drillrig_env.stability.fold import REACHES, load_of
@@ -95,8 +94,9 @@ def _with_followed(
         fold, may_graze = depths[i] / rows[i, 3] + rig.omega_s, bool(family.ends_stick_slip(depths[i]))
         speeds[i], kinds[i] = _followed(rig, one, float(fold), may_graze)
         if kinds[i] == "lost" or (kinds[i] == "none" and critical_speed(rig, one) > rig.omega_s):
-            raise refuse(
-                "end_of_stick_slip", "N_1", one.normal_force, "N", "a load under which stick-slip is found and followed"
+            raise ValueError(
+                f"end_of_stick_slip: N_1 = {one.normal_force} N is not allowed; "
+                "allowed: a load under which stick-slip is found and can be followed to its end"
             )
     return speeds.reshape(speed.shape), kinds.reshape(kind.shape)
 

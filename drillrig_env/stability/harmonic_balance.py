@@ -40,6 +40,7 @@ class HarmonicBalance:
         response[-1], slope[-1] = response[-1].real, slope[-1].real
         return response, slope
 
+    @np.errstate(all="ignore")  # what runs away is seen, and raised
     def solve(self, depth: float, q: FloatArray, frequency: float, log_gain: float) -> tuple[FloatArray, float, float]:
         """The orbit of a given depth from a guess: q at the samples (lowest first), Omega, ln G.
 
@@ -49,9 +50,8 @@ class HarmonicBalance:
         derivative = np.fft.irfft(self.rates, m)[(-np.arange(m)) % m]
         for _ in range(25):
             response, slope = self.transfer(frequency)
-            with np.errstate(over="ignore"):
-                spectrum = np.fft.rfft(np.exp(log_gain) * np.expm1(-q))  # a constant makes no difference
-                drive = np.exp(log_gain - q)
+            spectrum = np.fft.rfft(np.exp(log_gain) * np.expm1(-q))  # a constant makes no difference
+            drive = np.exp(log_gain - q)
             answer = np.fft.irfft(response * spectrum, m)
             residual = np.concatenate([q - answer, [q[0] + depth, derivative @ q]])
             if not np.isfinite(residual).all():

@@ -83,7 +83,10 @@ def _check_speed(speed_reference: float) -> None:
 
 
 def _no_stick_slip(rig: Rig, friction: Friction, speed_reference: float) -> NoOrbitError:
-    end = float(end_of_stick_slip(rig, friction).speed)
+    try:
+        end = float(end_of_stick_slip(rig, friction).speed)
+    except (ValueError, FloatingPointError) as error:
+        return NoOrbitError(f"p1: no stick-slip found at speed_reference = {speed_reference:g} rad/s; {error}")
     if np.isnan(end):
         where = "friction is so weak that it never does"
     elif speed_reference <= rig.omega_s:

@@ -31,6 +31,7 @@ from drillrig_env.rig import Rig
 from drillrig_env.stability.grazing import grazing_multipliers
 from drillrig_env.stability.harmonic_balance import balance_of
 from drillrig_env.stability.stable_sets import critical_slope, stable_set
+from drillrig_env.stepper.limits import check_computable
 
 FIRST_REACH = 12.0
 """Depth to which a family is followed at first: well past 40 N on the chapter's rig."""
@@ -136,8 +137,9 @@ class SlippingOrbits:
 def slipping_orbits(rig: Rig, reach: float = FIRST_REACH, most_samples: int = FEW_SAMPLES) -> SlippingOrbits:
     """Follow the family of a rig from its Hopf point to a depth, as far as it can be found and resolved.
 
-    Raises `ValueError` for a rig without a Hopf point, whose Delta T_r,min is not negative or is not there, and
-    `FloatingPointError` for one of which not even the first orbit is found or resolved with MANY_SAMPLES.
+    Raises `ValueError` for a rig beyond what can be computed and for one without a Hopf point, whose Delta T_r,min is
+    not negative or is not there, and `FloatingPointError` for one of which not even the first orbit is found or
+    resolved with MANY_SAMPLES.
     """
     if most_samples > FEW_SAMPLES:
         begun = slipping_orbits(rig, reach)
@@ -165,6 +167,7 @@ def slipping_orbits(rig: Rig, reach: float = FIRST_REACH, most_samples: int = FE
 
 def _hopf_point(rig: Rig) -> SlippingOrbits:
     """The family's beginning alone: the orbit of depth 0, with the form of a small one."""
+    check_computable(rig)
     slope = critical_slope(rig)
     if slope >= 0:
         raise ValueError(

@@ -4,6 +4,10 @@ import pytest
 from drillrig_env import Rig, simulate
 from drillrig_env.cli.simulate import main
 
+_TWO = {"L": 0.265, "k_p": 0.0, "k_i": 0.524, "K_E": 0.0, "d_2": 0.0044, "d_1": 0.0922, "J_3": 0.00172, "J_1": 0.0518,
+        "J_2": 0.00207, "k_1": 0.0679, "k_2": 10.4}  # fmt: skip
+"""A drive that shakes by itself but in two windows of friction slopes."""
+
 
 def test_signals_are_those_of_simulate(tmp_path, capsys):
     Rig(k_1=0.9).to_toml(tmp_path / "rig.toml")
@@ -63,3 +67,31 @@ def test_a_file_that_cannot_be_written_ends_with_code_1(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert main(["--duration", "1", "--csv", str(tmp_path / "file" / "run.csv")]) == 1
     assert "error: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "said"),
+    [
+        ({}, ["--normal-force", "1e4"], "last 10 s: stuck; bit speed"),
+        ({"J_1": 1e-12, "J_2": 1e-12, "J_3": 1e-12}, ["--duration", "0.1"], "hold 1 samples; allowed: >= 20)"),
+        (
+            {"J_1": 1e20, "J_2": 1e20, "J_3": 1e20},
+            [],
+            "calm or not: ? (Rig: J_2 = 1e+20 kg m^2 is beyond what can be computed",
+        ),
+        (
+            {"L": 0.26, "k_p": 0.0, "k_i": 3.5, "K_E": 0.0, "d_2": 0.0013, "d_1": 0.0076},
+            ["--duration", "5"],
+            "critical speed at N_1 = 10 N: none, no speed is stable",
+        ),
+        (
+            _TWO,
+            [],
+            "critical speed at N_1 = 10 N: ? (critical_speed: with N_1 = 10 N this rig is stable at speeds from",
+        ),
+    ],
+)
+def test_what_cannot_be_told_of_a_run_is_said_and_not_made_up(change, words, said, tmp_path, capsys):
+    Rig(**change).to_toml(tmp_path / "rig.toml")
+    assert main(["--rig", str(tmp_path / "rig.toml"), "--duration", "12", *words]) == 0
+    assert said in capsys.readouterr().out
