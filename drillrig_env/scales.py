@@ -13,7 +13,7 @@ that rig's scale of its kind, which is exactly 1 on the chapter's:
 | calming | time over that damping ratio: in which an oscillation dies |
 | twist of a shaft | torque or load over its stiffness |
 | current, voltage | what the motor needs at the middle of the drawn speeds and loads, and how far that swings |
-| integral of the speed error | voltage over k_i |
+| integral of the speed error | voltage over k_i; over that of a drive as stiff as the chapter's where one is given |
 
 What a quantity is on average goes by load, by what it swings by torque. An episode is as long as (time + calming) / 2.
 
@@ -55,11 +55,13 @@ _CHAPTER = Rig()
 class Scales:
     """By what the numbers of a rig grow beside the chapter's, each with a unit of its own kind; see the module.
 
-    `speed` is that of its speeds. `Scales.of` finds it.
+    `speed` is that of its speeds. `Scales.of` finds it. `drive_given` tells that another drive than the rig's own turns
+    it, one that is as stiff here as on the chapter's rig.
     """
 
     rig: Rig = field(default=_CHAPTER)
     speed: float = 1.0
+    drive_given: bool = False
 
     @classmethod
     def of(cls, rig: RigLike = None, largest_reference: float | None = None) -> Scales:
@@ -156,12 +158,12 @@ class Scales:
     @property
     def speed_error(self) -> float:
         """Of the integral of the speed error in steady rotation."""
-        return self.voltage / (self.rig.k_i / _CHAPTER.k_i)
+        return self.voltage / self._integral_gain
 
     @property
     def speed_error_swing(self) -> float:
         """Of changes of that integral."""
-        return self.voltage_swing / (self.rig.k_i / _CHAPTER.k_i)
+        return self.voltage_swing / self._integral_gain
 
     @property
     def angle(self) -> float:
@@ -230,6 +232,13 @@ class Scales:
     def _force(self) -> float:
         """What normal forces are counted in, so that the pin presses at the chapter's radius."""
         return self.torque / (self.rig.r_1 / _CHAPTER.r_1)
+
+    @property
+    def _integral_gain(self) -> float:
+        """Of the integral gain of the drive that turns the rig."""
+        if self.drive_given:
+            return self.drive(Drive(_CHAPTER.k_p, _CHAPTER.k_i), _OWN).k_i / _CHAPTER.k_i
+        return self.rig.k_i / _CHAPTER.k_i
 
     @property
     def _current(self) -> float:

@@ -157,12 +157,13 @@ class Task:
         self._take("slew_limit", SLEW_LIMIT * scales.rate, rates)
         periods = Allowed((1.0 - _ROUNDING) * slowest / _FASTEST, (1.0 + _ROUNDING) * slowest / _SLOWEST)
         self._take("control_period", CONTROL_PERIOD * scales.time, periods)
+        seen = replace(scales, drive_given=self.drive is not None)
         given = self.duration is not None
         duration = self.duration if given else DURATION * scales.duration
         longest = LONGEST_EPISODE * scales.duration
         object.__setattr__(self, "duration", _read_duration(duration, self.control_period, longest, given))
         object.__setattr__(self, "scenario", Scenario.named(self.scenario, scales))
-        object.__setattr__(self, "sensors", Sensors.named(self.sensors).at(scales))
+        object.__setattr__(self, "sensors", Sensors.named(self.sensors).at(seen))
         object.__setattr__(self, "reward", Reward.of(self.reward, scales.time))
         for name in ("noise", "delay", "drive"):
             self._read(name)

@@ -150,6 +150,13 @@ def test_what_is_given_stays_and_the_rest_is_the_rigs():
     assert Task.for_rig(FAST) == Task.for_rig(FAST)
 
 
+def test_a_drive_that_is_given_is_seen_as_it_is_whatever_the_gains_that_it_replaces():
+    drive, other = {"k_p": 0.5, "k_i": 0.1}, Rig(k_p=0.01, k_i=1.0 / 300.0)
+    assert Task(drive=drive).sensors is SENSORS["state"]
+    assert Task(rig=other, drive=drive).sensors == SENSORS["state"]
+    assert Task(rig=other).sensors != SENSORS["state"]
+
+
 @pytest.mark.parametrize("share", [0.005, 0.2])
 def test_control_period_is_an_argument(share):
     period = share * slowest_period(Rig())
