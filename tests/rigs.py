@@ -57,3 +57,9 @@ FAST = scaled(time=1.0 / 6.5)
 
 SOFT = replace(Rig(), k_p=0.3, k_i=0.3, K_E=0.5 * Rig().K_E)
 """The chapter's rig on a soft drive, `Drive(0.3, 0.3, back_emf_share=0.5)`."""
+
+TWO_WINDOWS = {
+    "L": 0.265, "k_p": 0.0, "k_i": 0.524, "K_E": 0.0, "d_2": 0.0044, "d_1": 0.0922, "J_3": 0.00172, "J_1": 0.0518,
+    "J_2": 0.00207, "k_1": 0.0679, "k_2": 10.4,
+}  # fmt: skip
+"""Changes to the chapter's: a drive that shakes by itself but in two windows of friction slopes."""

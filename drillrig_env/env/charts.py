@@ -147,15 +147,25 @@ def _boundaries(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Normal forces up to `most` (N), and for each the critical speed and the fold (rad/s), infinite off the map."""
     forces = np.linspace(most / 60, most, 60)
-    critical = np.asarray(critical_speed(rig, Friction(forces, mu_s, mu_k, v_b)))
+    critical = np.array([_critical(rig, Friction(force, mu_s, mu_k, v_b)) for force in forces.tolist()])
     fold = np.array([_fold(rig, Friction(force, mu_s, mu_k, v_b)) for force in forces.tolist()])
     return forces, critical, np.fmax(critical, fold)  # where there is no bistable region, the fold is NaN
+
+
+def _critical(rig: Rig, friction: Friction) -> float:
+    try:
+        return float(critical_speed(rig, friction))
+    except ValueError:  # a drive that shakes by itself, but in windows of speed
+        return np.inf
 
 
 def _fold(rig: Rig, friction: Friction) -> float:
     try:
         return float(end_of_stick_slip(rig, friction).speed)
-    except ValueError:  # friction too strong for a fold within reach of the drive, or a rig that is never stable
+    except (
+        ValueError,
+        FloatingPointError,
+    ):  # friction too strong for a fold within reach, or a rig that is never stable
         return np.inf
 
 

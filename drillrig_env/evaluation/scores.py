@@ -91,18 +91,19 @@ def folds(rig: Rig, friction: Friction) -> FloatArray:
     """Speed (rad/s) at which stick-slip ends, one entry a rig.
 
     NaN where friction is so weak that there is no stick-slip: calm rotation is all there is. Infinite
-    where friction is too strong for stick-slip that could be followed, far beyond what the drive reaches.
+    where friction is too strong for stick-slip that could be followed, far beyond what the drive reaches, and where the
+    rig is one of which no orbit is found.
     """
     try:
         return np.atleast_1d(end_of_stick_slip(rig, friction).speed)
-    except ValueError:
+    except (ValueError, FloatingPointError):
         return np.array([_fold(rig, Friction(*one)) for one in friction.as_array().tolist()])
 
 
 def _fold(rig: Rig, friction: Friction) -> float:
     try:
         return float(end_of_stick_slip(rig, friction).speed)
-    except ValueError:
+    except (ValueError, FloatingPointError):
         return np.inf
 
 

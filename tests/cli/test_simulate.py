@@ -3,10 +3,7 @@ import pytest
 
 from drillrig_env import Rig, simulate
 from drillrig_env.cli.simulate import main
-
-_TWO = {"L": 0.265, "k_p": 0.0, "k_i": 0.524, "K_E": 0.0, "d_2": 0.0044, "d_1": 0.0922, "J_3": 0.00172, "J_1": 0.0518,
-        "J_2": 0.00207, "k_1": 0.0679, "k_2": 10.4}  # fmt: skip
-"""A drive that shakes by itself but in two windows of friction slopes."""
+from tests.rigs import TWO_WINDOWS
 
 
 def test_signals_are_those_of_simulate(tmp_path, capsys):
@@ -30,11 +27,12 @@ def test_summary_tells_stick_slip_from_calm_rotation(speed, verdict, capsys):
     assert "critical speed at N_1 = 10 N: 1.99" in said
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg"])
-def test_picture_is_drawn(suffix, tmp_path):
+@pytest.mark.parametrize(("suffix", "change"), [("png", {}), ("svg", {}), ("png", TWO_WINDOWS)])
+def test_picture_is_drawn(suffix, change, tmp_path):
     pytest.importorskip("matplotlib", reason="pictures need the extra `plot`")
     path = tmp_path / f"run.{suffix}"
-    assert main(["--duration", "5", "--picture", str(path)]) == 0
+    Rig(**change).to_toml(tmp_path / "rig.toml")
+    assert main(["--rig", str(tmp_path / "rig.toml"), "--duration", "5", "--picture", str(path)]) == 0
     assert path.stat().st_size > 5000
 
 
@@ -85,7 +83,7 @@ def test_a_file_that_cannot_be_written_ends_with_code_1(tmp_path, capsys):
             "critical speed at N_1 = 10 N: none, no speed is stable",
         ),
         (
-            _TWO,
+            TWO_WINDOWS,
             [],
             "critical speed at N_1 = 10 N: ? (critical_speed: with N_1 = 10 N this rig is stable at speeds from",
         ),

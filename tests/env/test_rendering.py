@@ -11,7 +11,7 @@ from gymnasium.utils.env_checker import check_env
 
 from drillrig_env import Rig
 from drillrig_env.env.single import DrillRigEnv
-from tests.rigs import scaled
+from tests.rigs import TWO_WINDOWS, scaled
 
 pygame = pytest.importorskip("pygame", reason="rendering needs the extra `render` (pygame-ce)")
 
@@ -100,8 +100,16 @@ def test_extreme_episodes_can_be_drawn(env, options):
         assert env.render().shape == (540, 960, 3)
 
 
-def test_a_rig_that_is_never_stable_can_be_drawn():
-    env = DrillRigEnv(rig=Rig(k_p=0.0, k_i=1000.0, d_1=0.0, d_2=0.0), render_mode="rgb_array")
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"k_p": 0.0, "k_i": 1000.0, "d_1": 0.0, "d_2": 0.0},
+        TWO_WINDOWS,
+        pytest.param({"J_1": 1e-5}, marks=pytest.mark.slow),
+    ],
+)
+def test_a_rig_without_one_critical_speed_or_without_a_fold_can_be_drawn(change):
+    env = DrillRigEnv(rig=Rig(**change), render_mode="rgb_array")
     env.reset(seed=0)
     assert env.render().shape == (540, 960, 3)
 

@@ -164,6 +164,10 @@ def test_a_branch_that_cannot_be_followed_leaves_the_others_theirs(monkeypatch):
     assert scored(*CALM, target=20.0, friction=friction(1e6))["region"] == "bistable"
 
 
+def test_a_rig_of_which_no_orbit_is_found_has_no_end_of_stick_slip_within_reach():
+    assert folds(Rig(J_1=1e-5), Friction()).tolist() == [np.inf]
+
+
 def test_every_documented_score_is_there():
     assert set(SCORES) <= set(score(episode(*CALM)))
 
