@@ -69,12 +69,11 @@ def test_a_recipe_goes_with_the_rig_that_is_trained_on():
     rig = scaled(time=0.5, torque=4.0)
     plain = checked_config(Training("ppo"))["env_kwargs"]
     own = checked_config(Training("ppo", env_kwargs={"rig": rig}))["env_kwargs"]
-    assert (
-        plain["scenario"]["normal_force"] == own["scenario"]["normal_force"] == [2.0, 40.0]
-    )  # at four times the radius
+    low, high = plain["scenario"]["normal_force"]
+    assert own["scenario"]["normal_force"] == [low, high]  # at four times the radius
     own = checked_config(Training("ppo", env_kwargs={"rig": FIELD, "slew_limit": 7.0}))["env_kwargs"]
     force = Scales.of(FIELD).force
-    assert own["scenario"]["normal_force"] == [2.0 * force, 40.0 * force]
+    assert own["scenario"]["normal_force"] == [low * force, high * force]
     assert own["scenario"]["spread"] == plain["scenario"]["spread"]
     assert own["slew_limit"] == 7.0
     found = scaled_arguments(
