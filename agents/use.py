@@ -66,7 +66,7 @@ which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `p
 
 `python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
 physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit
-inside. It plays recorded episodes through both and fails where they differ by more than 1e-5 rad/s². This runs it,
+inside. It plays recorded episodes through both and fails where they differ by over 5e-6 of that limit. This runs it,
 with nothing but onnxruntime and NumPy:
 
 ```text

@@ -162,10 +162,7 @@ def _critical(rig: Rig, friction: Friction) -> float:
 def _fold(rig: Rig, friction: Friction) -> float:
     try:
         return float(end_of_stick_slip(rig, friction).speed)
-    except (
-        ValueError,
-        FloatingPointError,
-    ):  # friction too strong for a fold within reach, or a rig that is never stable
+    except (ValueError, FloatingPointError):  # too strong friction, a rig that is never stable, or no orbit found
         return np.inf
 
 
