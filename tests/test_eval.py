@@ -14,6 +14,7 @@ from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.policy import find_policy
 from drillrig_env.rig import Rig
+from tests.rigs import TWO_WINDOWS
 
 FEW = ["--suite", "default", "--rigs", "8", "--no-pictures"]
 
@@ -164,3 +165,16 @@ def test_eval_py_in_a_clone_is_the_same_command():
     assert done.stdout.startswith("usage: python eval.py ")
     assert "  python eval.py --suite default --details" in done.stdout
     assert "drillrig evaluate" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [(TWO_WINDOWS, "critical_slope: this rig is stable for"), ({"k_p": 0.0, "k_i": 30.0, "K_E": 0.0}, "never stable")],
+)
+def test_a_rig_whose_drive_shakes_by_itself_is_refused_before_anything_runs(change, said, tmp_path, capsys):
+    Rig(**change).to_toml(tmp_path / "rig.toml")
+    with pytest.raises(SystemExit) as end:
+        command.main(["constant", *FEW, "--rig", str(tmp_path / "rig.toml"), "--output", str(tmp_path / "results")])
+    assert end.value.code == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "results").exists()

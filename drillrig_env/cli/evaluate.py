@@ -27,6 +27,7 @@ import importlib
 import shlex
 import sys
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 
 import drillrig_env
@@ -48,6 +49,7 @@ from drillrig_env.plots.own_rig import differences
 from drillrig_env.policy import policy_names
 from drillrig_env.progress import Progress
 from drillrig_env.rig import Rig
+from drillrig_env.stability import critical_slope
 
 EXAMPLE = '''\
 from baselines import Baseline
@@ -92,6 +94,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         contestants, failures, conditions = find_contestants(
             chosen.policies, chosen.env, chosen.slow, _warn, chosen.rig, chosen.largest_reference
         )
+        _check_stable(conditions.rig)
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
         _print(failures)
         names = [contestant.name for contestant in contestants]
@@ -118,6 +121,15 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
     for failure in failures:
         print(f"error: {failure}", file=sys.stderr)
     return FAILED if failures else DONE
+
+
+def _check_stable(rig: Rig) -> None:
+    """Raise `ValueError` for a rig whose scores could not be told: its drive shakes by itself."""
+    if not isfinite(critical_slope(rig)):
+        raise ValueError(
+            "--rig: steady rotation of this rig is never stable, its drive shakes by itself; allowed: a rig "
+            "that is stable above one slope of friction"
+        )
 
 
 def _parser(prog: str) -> Parser:
