@@ -70,7 +70,7 @@ def test_signals_follow_the_schedules():
         ({"method": "euler"}, ["method", "euler", "fast, vode, radau"]),
         ({"speed_reference": -2.0}, ["speed_reference", "-2.0 rad/s", ">= 0"]),
         ({"speed_reference": [(1, 2.0)]}, ["first time", "speed_reference", "s"]),
-        ({"normal_force": [(0, 1.0), (0, 2.0)]}, ["times of normal_force", "ascending"]),
+        ({"normal_force": [(0, 1.0), (0, 2.0)]}, ["times (s) of normal_force", "ascending"]),
         ({"initial_state": [0.0, 1.0]}, ["initial_state", "(2,)", "(7,)"]),
         ({"initial_state": [0, 0, float("nan"), 0, 0, 0, 0]}, ["bit_speed", "nan"]),
         ({"friction": Friction(np.array([1.0, 2.0]))}, ["2 rigs", "simulate_batch"]),
