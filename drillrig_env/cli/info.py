@@ -93,7 +93,7 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
         return
     both = "above it there is no stick-slip; from omega_c to here both are stable"
     if end.kind == "none":
-        yield _line("fold", "none", "", "friction is too weak for stick-slip")
+        yield _line("fold", "none", "", "no stick-slip: friction is too weak, or falls within the stick zone alone")
     elif end.kind == "grazing":
         yield _line("fold", _number(fold), "rad/s", both)
     else:

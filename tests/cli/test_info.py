@@ -41,7 +41,7 @@ def test_orbit_at_a_speed_reference(capsys):
 def test_a_rig_without_stick_slip_says_so(capsys):
     assert main(["--normal-force", "0"]) == 0
     text = capsys.readouterr().out
-    assert "friction is too weak for stick-slip" in text
+    assert "no stick-slip: friction is too weak" in text
 
 
 def test_files_are_written_and_never_over_others(tmp_path, capsys):
