@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import ceil
 
 import numpy as np
 import numpy.typing as npt
@@ -32,11 +33,14 @@ _FIRST_TRY, _TRIES = 0.3, 5
 _ABOVE, _BRANCHES = 1.02, 5
 """Where another branch is looked for above the end of one, and branches that are followed at most."""
 
-_SHARES = (0.95, 0.85, 0.7, 0.5, 0.25)
-"""Of the depth up to which stick-slip may end at grazing: where it is tried out whether it does."""
+_STEP = 1.0
+"""Of the depth: where it is tried out whether stick-slip ends at grazing. Where it does not, it is over several."""
 
 _AT_GRAZING = 1e-5
 """Share of the speed within which an end is that at grazing: there the stick zone, though narrow, bends the branch."""
+
+_THIN = 5e-3
+"""v_b omega_s as a share of the depth up to which the stick zone, when it bends the branch, moves its end by 1e-4."""
 
 _NARROW = 1e-2
 """v_b omega_s up to which friction hardly falls within the stick zone: where nothing slips unstably, nothing sticks."""
@@ -67,8 +71,9 @@ def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     family = _family(rig, float(np.max(load)))
     depth = family.grazing_depth(np.minimum(load, family.largest_load))
     slips, is_narrow = np.asarray(critical_speed(rig, friction)) > rig.omega_s, v_b * rig.omega_s < _NARROW
-    certain = _certain_depth(rig, family) if np.any(slips) else 0.0
-    grazes = np.asarray(slips & is_narrow & (depth <= certain))
+    may_graze = slips & is_narrow & (v_b * rig.omega_s < _THIN * depth)
+    deepest = float(np.max(depth, where=may_graze, initial=0.0))
+    grazes = np.asarray(may_graze & (depth <= _certain_depth(rig, family, ceil(deepest / _STEP))))
     speed, kind = np.where(grazes, depth / v_b + rig.omega_s, np.nan), np.where(grazes, "grazing", "none").astype("U7")
     is_open = ~grazes & (slips | ~is_narrow)
     if np.any(is_open):
@@ -112,24 +117,25 @@ def _family(rig: Rig, load: float) -> SlippingOrbits:
     return family
 
 
-@lru_cache(maxsize=64)
-def _certain_depth(rig: Rig, family: SlippingOrbits) -> float:
-    """The depth up to which stick-slip ends where it grazes, for a narrow stick zone.
+@lru_cache(maxsize=256)
+def _certain_depth(rig: Rig, family: SlippingOrbits, steps: int) -> float:
+    """The depth, at most `steps` times `_STEP`, up to which stick-slip ends where it grazes, for a narrow stick zone.
 
-    That it may end there, `grazing` says; that no other part of the branch reaches higher speeds is found out at one
-    load, and then holds for lighter ones.
+    That it may end there, `grazing` says; that no other part of the branch, and no other branch, reaches higher speeds
+    is found out at every step.
     """
-    may_end = family.ends_stick_slip(family.depth)
-    deepest = float(family.depth[np.argmin(may_end)]) if not may_end.all() else float(family.depth[-1])
-    for share in _SHARES:
-        depth = share * deepest
+    certain = 0.0
+    for depth in np.minimum(_STEP * np.arange(1, steps + 1), family.depth[-1]).tolist():
+        if not family.ends_stick_slip(family.depth[family.depth <= depth]).all():
+            break
         v_b = 1.0 / units_of(rig).speed
         fold = depth / v_b + rig.omega_s
         drop = float(np.exp(family.guess(depth)[0] + depth + v_b * rig.omega_s)) / v_b
         friction = Friction(drop / rig.r_1, 2.0, 1.0, v_b)
-        if _followed(rig, friction, fold, True) == (fold, "grazing"):
-            return depth
-    return 0.0
+        if _followed(rig, friction, fold, True) != (fold, "grazing"):
+            break
+        certain = depth
+    return certain
 
 
 @lru_cache(maxsize=4096)

@@ -71,7 +71,7 @@ def test_heavy_loads_and_fast_decay_end_in_a_fold_above_grazing(rig, friction):
     assert abs(near.multipliers[1] - 1.0) < 0.05
 
 
-@pytest.mark.parametrize("force", [1.5, 5.0, 10.0, 20.0, 40.0, 60.0])
+@pytest.mark.parametrize("force", [2.5, 5.0, 10.0, 20.0, 40.0, 60.0])
 def test_chapters_loads_end_at_grazing_bit_for_bit(force):
     end = end_of_stick_slip(RIG, Friction(force))
     assert end.kind == "grazing"
@@ -146,11 +146,29 @@ def test_random_rigs_end_at_grazing_or_above_it_or_say_why_not(count):
         decided += 1
         if end.kind == "grazing":
             fold = fold_speed(rig, friction)
-            assert end.speed == pytest.approx(fold, rel=1e-9)
+            assert end.speed == pytest.approx(fold, rel=1e-4)  # followed where the stick zone is wide beside the swing
             assert _followed(rig, friction, fold * (1.0 + 1e-15), may_graze=False)[0] == pytest.approx(fold, rel=1e-4)
         else:
             assert np.isfinite(end.speed) == (end.kind != "none")
     assert decided > 0.95 * count
+
+
+@pytest.mark.parametrize(("number", "ends"), [(123, 9.914666), (127, 6.635953)])
+def test_an_end_above_grazing_is_found_between_depths_that_end_at_grazing(number, ends):
+    """On these rigs stick-slip ends at grazing under lighter loads, on the second under heavier ones as well."""
+    rng = np.random.default_rng(1)
+    for _ in range(number + 1):
+        rig, friction = random_rig(rng), Friction(np.exp(rng.uniform(0.7, 4.5)), v_b=np.exp(rng.uniform(-0.7, 1.1)))
+    end = end_of_stick_slip(rig, friction)
+    assert end.kind == "fold"
+    assert end.speed == pytest.approx(ends, abs=1e-5)
+    assert end.speed > fold_speed(rig, friction)
+
+
+def test_where_the_stick_zone_is_wide_beside_the_swing_the_end_is_followed():
+    """Under 1.5 N stick-slip ends at 100 times omega_s, and the zone shifts that by a hundredth of its width."""
+    end, fold = end_of_stick_slip(RIG, Friction(1.5)), fold_speed(RIG, Friction(1.5))
+    assert 0.005 * RIG.omega_s < end.speed - fold < 0.02 * RIG.omega_s
 
 
 def test_a_second_branch_above_the_first_counts():
