@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from agents.compared import Compared, evaluate
+from agents.policy.action_zero import SAME_DRIVE
 from agents.policy.run_folder import is_finished, is_run, load_policy, read_config
 from agents.training.device import DEVICES
 from agents.training.progress import read_progress
@@ -40,7 +41,7 @@ from drillrig_env.scales import SLEW_LIMIT
 COMMAND = "python -m agents.compare"
 SEEDS, RIGS = 3, 1000
 
-BESIDE = {"constant": "action 0, same drive", "lqg": "`lqg`, same drive"}
+BESIDE = {"constant": SAME_DRIVE, "lqg": "`lqg`, same drive"}
 """Policies that are scored on the same rigs, and what a table calls them."""
 
 _TAKEN = ".taken"  # holds a folder a training, which a process has while it trains and scores

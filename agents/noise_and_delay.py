@@ -15,7 +15,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from agents.policy.run_folder import TRAINED, is_run, load_policy, read_config
+from agents.policy.action_zero import SAME_DRIVE
+from agents.policy.run_folder import TRAINED, is_run, load_policy
 from drillrig_env import markdown
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -69,26 +70,30 @@ def shares(
         for env_id, noises in NOISES.items():
             sensors = ENVIRONMENTS[env_id]["sensors"]
             found[env_id] = {f"{noise:g}": {} for noise in noises}
+            policies = _policies(env_id, sensors, trained)
             asked = [(noise, delay) for noise in noises for delay in delays]
             for done, (noise, delay) in enumerate(asked, 1):
-                for name, policy in _policies(env_id, sensors, delay, trained).items():
+                policies[TOLD] = make_policy("lqg", sensors=sensors, delay=delay)
+                for name, policy in policies.items():
                     mitigated = score(run(policy, drawn, sensors=sensors, noise=noise, delay=delay))["mitigated"]
                     found[env_id][f"{noise:g}"].setdefault(name, []).append(float(mitigated.mean()))
                 progress.show(env_id, done, len(asked))
     return found
 
 
-def _policies(env_id: str, sensors: Any, delay: int, trained: Path) -> dict[str, Policy]:
-    """Who is tried: the agents for an environment on the rig's own drive, and what they stand beside."""
-    policies: dict[str, Policy] = {}
-    for folder in filter(is_run, sorted(trained.glob("*"))):
-        config = read_config(folder)
-        if config["env_id"] == env_id and not config["env_kwargs"].get("drive"):
-            policies[f"`{folder.name}`"] = load_policy(folder).at_slew_limit(SLEW_LIMIT)
-    policies["`lqg`"] = make_policy("lqg", sensors=sensors)
-    policies[TOLD] = make_policy("lqg", sensors=sensors, delay=delay)
-    policies["action 0, same drive"] = make_policy("constant", sensors=sensors)
-    return policies
+def _policies(env_id: str, sensors: Any, trained: Path) -> dict[str, Policy]:
+    """Who is tried at every delay: the agents for an environment on the rig's own drive, and what they stand beside."""
+    agents = {folder.name: load_policy(folder) for folder in filter(is_run, sorted(trained.glob("*")))}
+    return {
+        **{
+            f"`{name}`": agent.at_slew_limit(SLEW_LIMIT)
+            for name, agent in agents.items()
+            if agent.env_id == env_id and agent.drive is None
+        },
+        "`lqg`": make_policy("lqg", sensors=sensors),
+        TOLD: make_policy("lqg", sensors=sensors),  # made anew for every delay
+        SAME_DRIVE: make_policy("constant", sensors=sensors),
+    }
 
 
 def read_shares(docs: Path) -> dict[str, Any] | None:

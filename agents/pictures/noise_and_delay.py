@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from agents.noise_and_delay import TOLD, in_words
+from agents.policy.action_zero import SAME_DRIVE
 from drillrig_env.plots.style import BLUE, DARK, GREEN, PURPLE, VERMILLION, Picture, new_figure
 from drillrig_env.scales import CONTROL_PERIOD
 
 _BESIDE = {
     "`lqg`": (DARK, "-"),
     TOLD: (DARK, (0, (4, 2))),
-    "action 0, same drive": (VERMILLION, (0, (4, 2))),
+    SAME_DRIVE: (VERMILLION, (0, (4, 2))),
 }
 _AGENTS = {"`ppo`": BLUE, "`ppo_robust`": GREEN, "`sac`": PURPLE, "`ppo_surface`": BLUE}
 

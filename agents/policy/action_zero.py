@@ -10,6 +10,9 @@ import numpy.typing as npt
 
 from drillrig_env.drive import Drive
 
+SAME_DRIVE = "action 0, same drive"
+"""What tables call it."""
+
 
 class ActionZero:
     """The action 0 in every step, on the drive of an environment: the reference stays at the target.

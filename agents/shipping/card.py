@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from agents.policy.action_zero import SAME_DRIVE
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import MODEL, TRAINED, is_run, load_policy, read_config, read_seeds, seeds_of
@@ -27,8 +28,6 @@ from drillrig_env.files import write_text
 
 COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
-
-_ACTION_ZERO = "action 0, same drive"
 
 _COUNTED = {"rigs": "rigs", "not mitigated": "failed", "of these calm, off the target": "calm"}
 """What the card counts by hardness, and what `seeds.json` calls it."""
@@ -145,7 +144,7 @@ def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
         rows.append([label, *_of_seed(one["scores"]), _minutes(one["seconds"])])
     tables = seeds["action_zero"]["suites"]["default"]
     row = {heading: one["value"] for heading, one in {**tables["main"], **tables["others"]}.items()}
-    rows.append([_ACTION_ZERO, *_of_seed(row), ""])
+    rows.append([SAME_DRIVE, *_of_seed(row), ""])
     return "\n".join([*lines, markdown.table(headings, rows)]) + "\n"
 
 
@@ -158,7 +157,7 @@ def _of_seed(row: Mapping[str, float | None]) -> list[str]:
 def _failures(seeds: Mapping[str, Any]) -> str:
     held = seeds["endurance"]
     without = seeds["action_zero"]["endurance"]
-    shares = [[who, *(f"{one[time]:.3f}" for time in held)] for who, one in (("agent", held), (_ACTION_ZERO, without))]
+    shares = [[who, *(f"{one[time]:.3f}" for time in held)] for who, one in (("agent", held), (SAME_DRIVE, without))]
     counts = seeds["failures"]
     total = {name: sum(count[name] for count in counts.values()) for name in ("rigs", "failed", "calm")}
     rows = [[what, *(str(count[name]) for count in counts.values())] for what, name in _COUNTED.items()]
@@ -231,7 +230,7 @@ def _beside(name: str, trained: Path) -> list[str]:
     lines = [
         f"## Beside the other agents of {env_id}\n",
     ]
-    headings = ("agent", "mitigated in `default`", _ACTION_ZERO, "steps", "training, min", "size, kB")
+    headings = ("agent", "mitigated in `default`", SAME_DRIVE, "steps", "training, min", "size, kB")
     rows = []
     for one, seeds in found.items():
         row = stored_row(seeds["pooled"]["default"]["main"])
@@ -252,7 +251,7 @@ def _two_rows(table: Table, name: str, seeds: Mapping[str, Any]) -> str:
     rows = {
         "all seeds": stored_row(seeds["pooled"]["default"][name]),
         f"seed {seeds['shipped']}": stored_row(seeds["alone"]["default"][name]),
-        _ACTION_ZERO: stored_row(seeds["action_zero"]["suites"]["default"][name]),
+        SAME_DRIVE: stored_row(seeds["action_zero"]["suites"]["default"][name]),
     }
     return markdown_table(table, rows, {}, "")
 
