@@ -2,7 +2,7 @@
 
 Kernels are kept in a cache of the bench, filled by the tests of the unchanged project. Each mutant gets it anew as
 hard links, which Numba replaces and never writes into. So a mutant renews just the kernels that stand on the file
-it changes, and the next one finds nothing of it.
+it changes, once for all of its tests, and the next one finds nothing of it.
 """
 
 from __future__ import annotations
@@ -60,14 +60,16 @@ class Bench:
             shutil.copy2(root / name, copy)
 
     def try_out(self, mutant: Mutant, stages: list[list[str]]) -> Outcome:
-        """Run the tests on a mutant, stage by stage, until one fails or takes too long.
+        """Run the tests on a mutant, stage by stage and short ones first, until one fails or takes too long.
 
         `ValueError` where a test fails without any mutant.
         """
         start = perf_counter()
+        shutil.rmtree(self._cache, ignore_errors=True)
         for tests in stages:
-            limit = 5.0 * sum(self._time_of(test) for test in tests) + _COMPILATION
-            status, output = self._mutated(mutant, tests, limit)
+            times = {test: self._time_of(test) for test in tests}
+            limit = 5.0 * sum(times.values()) + _COMPILATION
+            status, output = self._mutated(mutant, sorted(tests, key=times.__getitem__), limit)
             if status != 0:
                 failed = _FAILED.search(output)
                 by = "time" if status is None else failed[1] if failed else f"exit status {status}"
@@ -100,9 +102,8 @@ class Bench:
     def _mutated(self, mutant: Mutant, tests: list[str], limit: float) -> tuple[int | None, str]:
         file = self.tree / mutant.file
         source, times = file.read_bytes(), file.stat()
-        shutil.rmtree(self._cache, ignore_errors=True)
         if self._kept.exists():
-            shutil.copytree(self._kept, self._cache, copy_function=os.link)
+            shutil.copytree(self._kept, self._cache, copy_function=_link, dirs_exist_ok=True)
         try:
             file.write_bytes(mutant.applied_to(source))
             for compiled in file.parent.glob(f"__pycache__/{file.stem}.*"):
@@ -139,6 +140,12 @@ class Bench:
         finally:
             self._process = None
         return process.returncode, output
+
+
+def _link(source: str, target: str) -> None:
+    """A hard link, where there is nothing yet: what a mutant has renewed stays."""
+    with suppress(FileExistsError):
+        os.link(source, target)
 
 
 def _limit_memory() -> None:

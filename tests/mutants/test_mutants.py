@@ -152,6 +152,24 @@ def test_bench_ends_what_takes_too_long_and_runs_nothing_once_stopped(project, t
     assert bench._run(["test_wrong.py"], tmp_path / "cache", None) == (None, "")
 
 
+def test_bench_tries_short_tests_first(project, tmp_path):
+    bench = Bench(project, tmp_path / "bench")
+    bench._times = {"test_wrong.py": 2.0, "test_toy.py": 1.0}
+    mutant = mutant_to(project / "toy.py", "return None")
+    assert bench.try_out(mutant, [["test_wrong.py", "test_toy.py"]]).killed_by == "test_toy.py::test_sign"
+
+
+def test_kernels_of_a_mutant_are_kept_for_all_its_tests_and_not_for_the_next(project, tmp_path):
+    kernel = "Path(os.environ['NUMBA_CACHE_DIR']) / 'kernel'"
+    head = "import os\nfrom pathlib import Path\n\n\n"
+    (project / "test_first.py").write_text(f"{head}def test_first():\n    ({kernel}).mkdir(parents=True)\n")
+    (project / "test_then.py").write_text(f"{head}def test_then():\n    assert ({kernel}).exists()\n")
+    bench = Bench(project, tmp_path / "bench")
+    bench._times = {"test_first.py": 1.0, "test_then.py": 1.0}
+    for mutant in mutants_of((project / "toy.py").read_bytes(), "toy.py")[:2]:
+        assert bench.try_out(mutant, [["test_first.py"], ["test_then.py"]]).killed_by is None
+
+
 def test_outcomes_hold_as_long_as_what_they_rest_on(project, tmp_path):
     """A killed mutant as long as its file is the same, a survivor as long as its tests are too."""
     toy, stages = project / "toy.py", [["test_toy.py"]]
@@ -255,6 +273,23 @@ def test_listed_survivors_are_mutants_that_exist():
     for entry, reason in reasons().items():
         assert entry in mutants, "its line has changed: take the entry out of survivors.toml, and try the new line"
         assert len(reason) > 10
+
+
+def test_what_is_listed_is_counted_and_not_tried(tmp_path, monkeypatch, capsys):
+    file = "drillrig_env/verdict.py"
+    every = mutants_of((command.ROOT / file).read_bytes(), file)
+    monkeypatch.setattr(command, "reasons", lambda: {(file, one.before, one.after): "nobody minds" for one in every})
+    assert command.main(["model", "--file", file, "--max", "3", "--work", str(tmp_path)]) == 0
+    assert "3 mutants, of which 3 are listed" in (told := capsys.readouterr().out)
+    assert told.count("alike: nobody minds") == 3
+
+
+def test_rooms_take_turns(tmp_path, monkeypatch, capsys):
+    tried = []
+    monkeypatch.setattr(command, "Bench", lambda *_: None)
+    monkeypatch.setattr(command, "try_all", lambda mutants, *_: tried.extend(one.file for one in mutants) or True)
+    command.main(["env", "stepper", "--max", "2", "--work", str(tmp_path)])
+    assert [file.split("/")[1] for file in tried] == ["env", "stepper", "env", "stepper"]
 
 
 @pytest.mark.parametrize(
