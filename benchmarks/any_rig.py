@@ -155,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     add("--seed", type=of_kind(_NUMBER), default=0, help="which ones (default: 0)")
     add("--period", type=of_kind(POSITIVE), default=0.1, help=f"sample period in s, a part of {SAMPLE} (default: 0.1)")
     add("--only", type=of_kind(_NUMBER), help="the number of one rig alone")
-    add("--json", type=Path, default=Path("results/benchmarks/any_rig.json"), help="where to write the figures")
+    add("--json", type=Path, help="where to write the figures (default: results/benchmarks/any_rig.json, or any_rig_N)")
     chosen = parser.parse_args(arguments)
     if (SAMPLE / chosen.period) % 1.0 != 0.0:
         parser.error(f"--period {chosen.period:g} s is not a part of {SAMPLE} s")
@@ -164,13 +164,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if chosen.only not in cases:
             parser.error(f"--only {chosen.only}: the rigs are 0 to {chosen.rigs - 1}")
         cases = {chosen.only: cases[chosen.only]}
+    name = "any_rig" if chosen.only is None else f"any_rig_{chosen.only}"
+    file = chosen.json or Path(f"results/benchmarks/{name}.json")
     results: list[dict[str, Any]] = []
 
     def tell() -> None:
         tabulate(results, cases)
-        write_json(chosen.json, {"outcomes": results})
+        write_json(file, {"outcomes": results})
 
-    with kept(chosen.json, tell), Progress("any rig", parts=1) as progress:
+    with kept(file, tell), Progress("any rig", parts=1) as progress:
         for outcome in outcomes(cases, chosen.period, progress):
             results.append(outcome)
 

@@ -1,4 +1,4 @@
-"""A stop while a command still imports what it needs: a line and an exit code, and no traceback.
+"""A stop while a command still imports what it needs, and what is not installed: a line, a code and no traceback.
 
 Imports take seconds, and in them nothing is there yet that has to be kept. Where they end, a command says for itself
 how it stops (`drillrig_env.command_line.command`).
@@ -10,8 +10,10 @@ import os
 import signal
 import sys
 import threading
-from types import FrameType
+from types import FrameType, TracebackType
 from typing import Any
+
+from drillrig_env.extras import advice
 
 _PACKAGES = ("drillrig_env", "baselines", "agents", "benchmarks")
 _STOPS = {signal.SIGINT: (b"stopped by Ctrl-C\n", 130), signal.SIGTERM: (b"stopped by SIGTERM\n", 143)}
@@ -19,16 +21,22 @@ _earlier: dict[signal.Signals, Any] = {}
 
 
 def imports_begin() -> None:
-    """From here on Ctrl-C and SIGTERM end the process at once, until `imports_end`; ignored ones stay ignored."""
+    """From here on Ctrl-C and SIGTERM end the process at once, until `imports_end`; ignored ones stay ignored.
+
+    Where a package of an extra is not installed, a line says how to get it.
+    """
     if threading.current_thread() is not threading.main_thread():
         return
     for number, normal in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
         if signal.getsignal(number) == normal:
             _earlier[number] = signal.signal(number, _end)
+    sys.excepthook = _tell
 
 
 def imports_end() -> None:
-    """Ctrl-C and SIGTERM do again what they did before; without `imports_begin` nothing changes."""
+    """Ctrl-C, SIGTERM and errors do again what they did before; without `imports_begin` nothing changes."""
+    if sys.excepthook is _tell:
+        sys.excepthook = sys.__excepthook__
     while _earlier:
         signal.signal(*_earlier.popitem())
 
@@ -49,3 +57,11 @@ def _end(number: int, _frame: FrameType | None) -> None:
     words, code = _STOPS[signal.Signals(number)]
     os.write(2, words)
     os._exit(code)
+
+
+def _tell(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    told = advice(error) if isinstance(error, ImportError) else None
+    if told is None:
+        sys.__excepthook__(kind, error, trace)
+    else:
+        print(f"error: {told}", file=sys.stderr)

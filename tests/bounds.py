@@ -51,7 +51,7 @@ def environment(name: str) -> Path:
     kept.write_text(torch_of_constraints(), encoding="utf-8")
     install = ("pip", "install", "--python", python)
     uv(*install, "--resolution", RESOLUTIONS[name], "--override", kept, "--upgrade", "--editable", f"{ROOT}[{EXTRAS}]")
-    uv(*install, "pytest>=8", "pytest-xdist")
+    uv(*install, "pytest>=8", "pytest-xdist", "mpmath")
     return python
 
 

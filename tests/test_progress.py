@@ -30,7 +30,8 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_in_a_terminal_there_is_a_bar_and_nothing_stays():
+def test_in_a_terminal_there_is_a_bar_and_nothing_stays(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
     file = Terminal()
     work(Progress("default", 2, file))
     assert "default: lqg" in file.getvalue()

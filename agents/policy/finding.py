@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from agents.policy.agent import Agent
 from agents.policy.run_folder import find_run, is_run, load_policy, read_config, shipped
 from drillrig_env.policy import PolicySource
 from drillrig_env.rig import RigLike
 from drillrig_env.scales import SLEW_LIMIT, Scales
+
+if TYPE_CHECKING:
+    from agents.policy.agent import Agent
 
 
 def agent_names() -> list[str]:
@@ -20,7 +23,8 @@ def agent_names() -> list[str]:
 def find_agent(name: str) -> PolicySource | None:
     """A trained agent, or all seeds of one algorithm in a folder; None where the name is neither.
 
-    `ValueError` where the runs in a folder are not the seeds of one algorithm, or one has left no model.
+    `ValueError` where the runs in a folder are not the seeds of one algorithm, or one has left no model;
+    `ImportError` where what agents need is not installed.
     """
     seeds = sorted(path for path in Path(name).glob("*") if is_run(path))
     if not is_run(name) and not seeds and name not in shipped():

@@ -11,19 +11,22 @@
 | `progress.json` | how far the training is, and how long it took |
 | `tensorboard_1/` | curves |
 
-Every file is whole or not there, and one process at a time trains in a folder (`drillrig_env.files`).
+Every file is whole or not there, and one process at a time trains in a folder (`drillrig_env.files`). Only what reads a
+model needs PyTorch: agents are found, and named in a command's help, without it.
 """
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from agents.policy.agent import Agent
-from agents.policy.weights import load_weights, saved_steps
+from drillrig_env.extras import missing
 from drillrig_env.files import read_json, write_text
 from drillrig_env.parameters import closest
+
+if TYPE_CHECKING:
+    from agents.policy.agent import Agent
 
 MODEL, BEST_MODEL, FIRST_MODEL, CONFIG = "model.zip", "best_model.zip", "first_model.zip", "config.json"
 EVALUATIONS, CHECKPOINT, PROGRESS = "evaluations.npz", "checkpoint.npz", "progress.json"
@@ -64,6 +67,8 @@ def is_run(path: str | Path) -> bool:
 
 def is_finished(path: str | Path) -> bool:
     """Whether a run has learnt from all the steps that it was to have, and its model is there to be read."""
+    from agents.policy.weights import saved_steps
+
     folder = Path(path)
     total = read_config(folder)["hyperparameters"]["n_timesteps"]
     return not (folder / CHECKPOINT).exists() and saved_steps(folder / MODEL) >= total
@@ -121,8 +126,13 @@ def load_policy(path: str | Path, best: bool = False) -> Agent:
 
     The last is the default because the best was chosen by its score, which flatters it. Only weights are read from
     the model, so that somebody else's run executes nothing (`agents.policy.weights`). Raises `ValueError` where the
-    run has left no such model, or a damaged one.
+    run has left no such model, or a damaged one, and `ImportError` where PyTorch is missing.
     """
+    try:
+        from agents.policy.agent import Agent
+        from agents.policy.weights import load_weights
+    except ModuleNotFoundError as error:
+        raise missing("a trained agent", "PyTorch and Stable-Baselines3", "agents") from error
     name = BEST_MODEL if best else MODEL
     model = Path(path) / name
     if not model.is_file():

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from drillrig_env.command_line import Parser, command
+from drillrig_env.command_line import Failed, Parser, command
+from drillrig_env.extras import advice
 
 _HOW = (
     "agents are trained in a clone of the project, and there is none here: get its sources, and in their folder "
@@ -24,7 +25,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig train") -
         parser = Parser(prog=prog, description=f"{__doc__}\nNot here, though: {_HOW}.")
         parser.parse_args([word for word in arguments or () if word in ("-h", "--help")])
         parser.error(_HOW)
-    code: int = _train(clone).main(arguments, prog=prog)
+    try:
+        train = _train(clone)
+    except ImportError as error:
+        if (told := advice(error)) is None:
+            raise
+        raise Failed(told) from error
+    code: int = train.main(arguments, prog=prog)
     return code
 
 

@@ -37,10 +37,10 @@ def find_contestants(
 
     The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`; `rig` is the
     rig of the suites, as `Rig.of` takes it, and `largest_reference` (rad/s) the upper end of its speed reference, None
-    its own. Without names the contestants are all installed policies and the trained
-    agents of the clone. One that does not suit, or that is slow while `slow` is false, is then left out. `say` is
-    called with a line that says why, and what differs from an agent's training. `UnknownPolicyError` for a name that
-    is nothing.
+    its own. Without names the contestants are all installed policies and the trained agents of the clone. One that does
+    not suit, that needs what is not installed, or that is slow while `slow` is false, is then left out. `say` is called
+    with a line that says why, and what differs from an agent's training. `UnknownPolicyError` for a name that is
+    nothing.
     """
     sources, failures = _find_sources(names, slow, say)
     trainings = {
@@ -75,7 +75,10 @@ def _find_sources(
         except (UnknownPolicyError, KeyboardInterrupt):
             raise
         except BaseException as error:  # a stranger's file may raise anything
-            failures.append(Failure.of(name, "", error))
+            if isinstance(error, ImportError) and not names:
+                say(f"{name} is left out: {error}")
+            else:
+                failures.append(Failure.of(name, "", error))
             continue
         if source.slow and not (names or slow):
             say(f"{name} is left out: it is slow; --slow lets it in")

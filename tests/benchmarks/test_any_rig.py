@@ -79,6 +79,15 @@ def test_one_rig_alone_keeps_its_number(tmp_path, capsys):
     assert [outcome["rig"] for outcome in json.loads(path.read_text(encoding="utf-8"))["results"]["outcomes"]] == [2]
 
 
+def test_a_look_at_one_rig_leaves_the_figures_of_all_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    main(["--rigs", "2", "--seed", "3"])
+    whole = (tmp_path / "results/benchmarks/any_rig.json").read_bytes()
+    main(["--rigs", "2", "--seed", "3", "--only", "1"])
+    assert (tmp_path / "results/benchmarks/any_rig.json").read_bytes() == whole
+    assert (tmp_path / "results/benchmarks/any_rig_1.json").exists()
+
+
 @pytest.mark.parametrize(("flag", "value"), [("--period", "0.3"), ("--only", "4"), ("--only", "-1")])
 def test_command_refuses_what_it_cannot_do(flag, value, tmp_path):
     with pytest.raises(SystemExit):

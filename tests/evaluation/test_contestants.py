@@ -115,6 +115,22 @@ def test_without_names_who_does_not_suit_is_left_out_with_a_word(monkeypatch):
     assert unsuited.startswith("jump_ease_estimated is left out: JumpEaseEstimated reads")
 
 
+@pytest.mark.parametrize("names", [(), ("ppo", "constant")])
+def test_who_needs_what_is_not_installed_is_left_out_unless_named(names, monkeypatch):
+    def find(name):
+        if name == "ppo":
+            raise ImportError("a trained agent needs PyTorch")
+        return find_policy(name)
+
+    monkeypatch.setattr("drillrig_env.evaluation.contestants.find_policy", find)
+    monkeypatch.setattr("drillrig_env.evaluation.contestants.policy_names", lambda: ["constant", "ppo"])
+    said = []
+    contestants, failures, _ = find_contestants(names, "DrillRig-v0", say=said.append)
+    assert [one.name for one in contestants] == ["constant"]
+    assert said == ([] if names else ["ppo is left out: a trained agent needs PyTorch"])
+    assert len(failures) == bool(names)
+
+
 def test_names_in_tables_are_short_unless_two_end_alike(tmp_path):
     here, there = file_of(tmp_path / "here"), file_of(tmp_path / "there")
     assert [one.name for one in find_contestants([here, "constant"], "DrillRig-v0")[0]] == ["Hold", "constant"]
