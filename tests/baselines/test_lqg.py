@@ -12,6 +12,7 @@ from drillrig_env.evaluation.scores import score
 from drillrig_env.model import frictionless_state, state_equations, steady_state, torque_into_string
 from drillrig_env.stability import critical_slope
 from tests.baselines.episode import BISTABLE, LOAD_STEP, UNSTABLE, play
+from tests.rigs import FIELD
 
 
 @pytest.mark.parametrize("sensors", ["state", "encoders", "surface"])
@@ -43,6 +44,16 @@ def test_the_filter_finds_state_and_friction_torque_in_calm_rotation(sensors, ac
     rig, friction = Rig(), Friction(20.0)
     assert level[0] == pytest.approx(friction.torque(rig, 4.0), abs=accuracy)
     np.testing.assert_allclose(states[0], steady_state(rig, friction, 4.0), atol=3.0 * accuracy)
+
+
+def test_estimates_are_in_the_units_of_the_rig():
+    policy, target = LQG("state", rig=FIELD), 9.0
+    memory = np.zeros((1, policy.memory))
+    memory[0, LEVEL] = 2.0
+    states, level = policy.estimate((memory,), np.array([target]))
+    assert policy.unit("string_torque") > 100.0
+    assert level[0] == pytest.approx(2.0 * policy.unit("string_torque"), rel=1e-12)
+    np.testing.assert_allclose(states[0], frictionless_state(FIELD, target), rtol=1e-9)
 
 
 def test_the_sampled_rig_is_the_model_over_a_control_step():

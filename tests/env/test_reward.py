@@ -102,5 +102,12 @@ def test_impossible_rewards_are_refused(fields, words):
         Reward(**fields)
 
 
+@pytest.mark.parametrize("name", ["variance", "tracking", "action"])
+def test_weights_end_at_a_million(name):
+    assert getattr(Reward(**{name: 1e6}), name) == 1e6
+    with pytest.raises(ValueError, match=name):
+        Reward(**{name: 1.5e6})
+
+
 def test_weights_may_be_zero():
     assert Reward(variance=0.0, tracking=0.0, action=0.0).action == 0.0

@@ -169,6 +169,12 @@ def test_candidates_are_of_the_same_distribution():
     assert abs(draws.phase.mean() - 0.5) < 0.02
 
 
+def test_there_are_no_more_than_a_hundred_candidates():
+    assert Scenario(candidates=100).candidates == 100
+    with pytest.raises(ValueError, match="candidates = 101"):
+        Scenario(candidates=101)
+
+
 def test_pins_hold_for_the_candidates_too():
     pins = check_pins({"speed_target": 3.0, "normal_force": 20.0}, 50, 60.0)
     draws = Scenario(candidates=3).draw(first_uniforms(0, 50), 60.0, pins)

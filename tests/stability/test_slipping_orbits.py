@@ -9,7 +9,7 @@ from drillrig_env import Friction, Rig
 from drillrig_env.model import jacobian
 from drillrig_env.stability import critical_slope, hopf_points
 from drillrig_env.stability.harmonic_balance import HarmonicBalance
-from drillrig_env.stability.slipping_orbits import MANY_SAMPLES, slipping_orbits
+from drillrig_env.stability.slipping_orbits import MANY_SAMPLES, _ahead, slipping_orbits
 
 RIG = Rig()
 FAMILY = slipping_orbits(RIG)
@@ -151,3 +151,15 @@ def test_orbits_that_are_never_resolved_end_in_a_sentence_before_they_fill_the_m
 def test_rig_without_a_hopf_point_has_no_family():
     with pytest.raises(ValueError, match="never stable: its drive shakes by itself"):
         slipping_orbits(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0))
+
+
+def test_a_guess_goes_on_along_the_last_two_but_for_the_flat_beginning():
+    assert _ahead(5.0, [0.0, 1.0, 3.0], [7.0, 2.0, 6.0]) == 10.0
+    assert _ahead(5.0, [0.0, 1.0], [7.0, 2.0]) == 2.0
+
+
+def test_grazing_is_known_up_to_the_deepest_orbit():
+    depths, products, radii = FAMILY._at_grazing
+    assert depths[-1] == FAMILY.depth[-1]
+    assert depths[0] > 0.0
+    assert len(depths) == len(products) == len(radii)

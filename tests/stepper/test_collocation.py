@@ -98,6 +98,13 @@ def test_crossing_of_a_curve_is_the_root_of_the_quartic_through_the_nodes():
     assert _crossing(0.3, 1, 1e-3, table_of(4, False), nodes_at(curve(RADAU_NODES))) == pytest.approx(root, abs=0.1)
 
 
+@pytest.mark.parametrize("speeds", [(0.09, -0.03, -0.36, -0.72), (0.42, 0.15, -0.05, 0.02)])
+def test_a_search_that_leaves_the_step_tells_of_no_crossing(speeds):
+    """Newton's method ends at another root of the quartic: past the step's end, and before its beginning."""
+    assert 0.0 < _crossing(0.3, 1, 1e-3, table_of(4, False), nodes_at(speeds)) < 1.0
+    assert _crossing(0.3, 1, 1e-3, table_of(4, True), nodes_at(speeds)) == 0.0
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_stick_ends_at_the_edge_that_the_bit_goes_through(side):
     work = nodes_at(side * 1e-2 * RADAU_NODES)

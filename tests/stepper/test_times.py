@@ -7,7 +7,7 @@ import pytest
 
 from drillrig_env import Friction, Rig, simulate, simulate_batch
 from drillrig_env.reference import radau
-from drillrig_env.stepper.times import sample_count, step_of
+from drillrig_env.stepper.times import _FINEST, sample_count, step_of
 
 START = np.array([0.0, 0.0, 2.5, 2.0, 2.0, 0.5, 0.0])
 
@@ -15,6 +15,14 @@ START = np.array([0.0, 0.0, 2.5, 2.0, 2.0, 0.5, 0.0])
 @pytest.mark.parametrize("rate", [9, 240, 700, 7001, 11_025, 96_000])
 def test_an_hour_has_all_its_samples(rate):
     assert sample_count("here", 3600.0, 1.0 / rate) == 3600 * rate
+
+
+@pytest.mark.parametrize("duration", [0.5, 8.0, 4096.0])
+def test_the_shortest_period_that_an_error_allows_is_taken(duration):
+    finest = _FINEST * float(np.spacing(duration))
+    assert sample_count("here", duration, finest) == duration / finest
+    with pytest.raises(ValueError, match="allowed: >= "):
+        sample_count("here", duration, finest * (1.0 - 1e-9))
 
 
 @pytest.mark.parametrize("rate", [90, 700, 12_345])
