@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_fields, add_rig_argument, given_fields
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter
 from drillrig_env.policy import context_of, make_policy
+from drillrig_env.progress import Progress
 from drillrig_env.rig import Rig
 from drillrig_env.scales import Scales
 
@@ -110,23 +112,26 @@ def frames(film: Film) -> Iterator[npt.NDArray[np.uint8]]:
 
 
 def save(film: Film, path: Path) -> int:
-    """Write the film as a GIF that repeats for ever, with a progress bar; returns the number of frames.
+    """Write the film as a GIF that repeats for ever, and show the progress; returns the number of frames.
 
     All frames share one palette, in which thin lines keep their colours; a frame stores only what moved.
     """
     try:
         from PIL import Image
-        from tqdm import tqdm  # type: ignore[import-untyped,unused-ignore]
     except ImportError as error:
-        raise missing("the animation", "Pillow and tqdm", "render") from error
+        raise missing("the animation", "Pillow", "render") from error
 
     size, palette, pictures = None, None, []
-    for frame in tqdm(frames(film), desc=path.name, unit=" frames"):
-        picture = Image.fromarray(frame)
-        size = size or (film.width, round(film.width * picture.height / picture.width))
-        small = picture.resize(size, Image.Resampling.LANCZOS)
-        palette = palette or small.quantize(_COLORS, Image.Quantize.FASTOCTREE)
-        pictures.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
+    longest = ceil(film.task.steps / film.every)
+    with Progress(path.name, parts=1) as progress:
+        for number, frame in enumerate(frames(film)):
+            progress.show("frames", number, longest)
+            picture = Image.fromarray(frame)
+            size = size or (film.width, round(film.width * picture.height / picture.width))
+            small = picture.resize(size, Image.Resampling.LANCZOS)
+            palette = palette or small.quantize(_COLORS, Image.Quantize.FASTOCTREE)
+            pictures.append(small.quantize(palette=palette, dither=Image.Dither.NONE))
+        progress.show("frames", longest, longest)  # calm is mostly reached before
     more: dict[str, Any] = {"append_images": pictures[1:], "duration": film.frame_time, "loop": 0, "optimize": True}
     with written_whole(path) as new:
         pictures[0].save(new, save_all=True, **more)
