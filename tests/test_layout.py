@@ -27,7 +27,7 @@ FLOORS = [
     ["drive", "friction", "slowest_mode"],
     ["flags", "scales"],
     ["model"],
-    ["reference"],
+    ["reference", "fleet"],
     ["stepper"],
     ["simulation", "verdict", "indicators"],
     ["policy"],

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.attributes import PlaysTask, check_changeable
+from drillrig_env.env.bank import RigBank
 from drillrig_env.env.kernel import EPISODE, SETTINGS, observe_episodes, scratch, step_episodes
 from drillrig_env.env.reward import TERMS
 from drillrig_env.env.scenario import STARTS, check_pins
@@ -27,13 +28,12 @@ from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked
 from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.stepper.tables import SAMPLES, step_tables
+from drillrig_env.stepper.tables import SAMPLES
 from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_mitigated
 
 Observations = npt.NDArray[np.float32]
 _ALL = slice(None)
 _SETTLING, _LONGEST_SETTLING = 12.0, 60.0  # s on the chapter's rig, until a start in stick-slip is on its cycle
-_TABLES = ("_tables", "_start_tables")  # made anew in a copy, from the task
 
 
 class EpisodeBatch(PlaysTask):
@@ -70,17 +70,17 @@ class EpisodeBatch(PlaysTask):
         self._layout = self.sensors.layout(self.noise)
         self._settings = np.zeros(1, dtype=SETTINGS)
         self._write_settings()
-        self._take_tables()
+        self._bank = RigBank.of(self._task)
 
     def __len__(self) -> int:
         return len(self.episodes)
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in self.__dict__.items() if name not in _TABLES}
+        return {**self.__dict__, "_bank": self._bank.guests}  # a copy makes its tables anew
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
-        self._take_tables()
+        self._bank = RigBank.of(self._task, state["_bank"])
 
     @property
     def rigs(self) -> np.ndarray:
@@ -96,8 +96,16 @@ class EpisodeBatch(PlaysTask):
     def change(self, **fields: Any) -> None:
         """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
         check_changeable(fields)
-        self._task = replace(self._task, **fields)
+        task = replace(self._task, **fields)
+        bank, places = self._bank.moved(task, self.episodes["rig"][~self.ended])
+        self._task = task
+        self._move(bank, places)
         self._write_settings()
+
+    @property
+    def bank(self) -> RigBank:
+        """The rigs that episodes have; others when a reset or `change` asks for others."""
+        return self._bank
 
     @property
     def steps(self) -> int:
@@ -134,9 +142,18 @@ class EpisodeBatch(PlaysTask):
         Like `step` it leaves earlier `observations` as they were.
         """
         pins = check_pins(options, len(indices), self.duration, self._task.targets)
-        draws = self.scenario.draw(uniforms, self.duration, pins)
-        fresh = begin_episodes(self._task, draws, self._settings, self._start_tables, self.threads)
+        bank, places = self._bank, None
+        if "rig" in pins:
+            asked = bank.read(pins["rig"], len(indices))
+            others = ~self.ended
+            others[indices] = False
+            bank, places = bank.moved(self._task, self.episodes["rig"][others], asked)
+            pins["rig"] = bank.indices(asked)
+        draws = self.scenario.draw(uniforms, self.duration, pins, bank.members.friction)
+        fresh = begin_episodes(self._task, draws, self._settings, bank, self.threads)
         check_finite(fresh["state"][:, None, :7], np.zeros(1), "reset", indices, self.seeds)
+        if places is not None:
+            self._move(bank, places)
         self.episodes[indices] = fresh
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
         past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
@@ -181,7 +198,7 @@ class EpisodeBatch(PlaysTask):
     def get_state(self, form: str = "EpisodeBatch", **own: Any) -> EnvironmentState:
         """Everything that the coming steps depend on; `own` is what the form of the environment adds to it."""
         episodes, past, seen = self.episodes.copy(), self._past.copy(), self.observations.copy()
-        return EnvironmentState(form, self._task, self._steps, episodes, past, seen, own)
+        return EnvironmentState(form, self._task, self._steps, episodes, past, seen, own, self._bank.guests)
 
     def set_state(self, state: EnvironmentState) -> None:
         """Go on from a state, of any form. Raises `ValueError` for one of another task, length or number of rigs."""
@@ -189,6 +206,7 @@ class EpisodeBatch(PlaysTask):
         self.episodes[:] = state.episodes
         self._past[:] = state.past
         self.observations = state.observations.copy()
+        self._bank = RigBank.of(state.task, state.guests)
         if state.task is not self._task:  # scenario, reward and slew limit may differ
             self._task = state.task
             self._write_settings()
@@ -213,6 +231,7 @@ class EpisodeBatch(PlaysTask):
             "torque_into_string": episodes["torque_into_string"].copy(),
             "delay": episodes["delay"].copy(),
             "start": episodes["start"].copy(),
+            "rig": episodes["rig"].copy(),
             **{f"reward_{name}": episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
             "is_success": ended & self.mitigated if ended.any() else ended,
         }
@@ -221,9 +240,10 @@ class EpisodeBatch(PlaysTask):
         """How the episodes of some rigs began: stick_slip only where their parameters have it."""
         return [STARTS[i] for i in self.episodes["start"][indices]]
 
-    def _take_tables(self) -> None:
-        self._tables = step_tables(self.rig, self.control_period, drive=self.drive)
-        self._start_tables = step_tables(self.rig, self.control_period)
+    def _move(self, bank: RigBank, places: npt.NDArray[np.intp]) -> None:
+        """Take another bank, in which each rig is at a place of its own."""
+        if bank is not self._bank:
+            self._bank, self.episodes["rig"] = bank, places[self.episodes["rig"]]
 
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""
@@ -231,15 +251,12 @@ class EpisodeBatch(PlaysTask):
         period, scales = task.control_period, task.scales
         self._speed_scale = scales.speed
         values = {
-            "r_1": task.rig.r_1,
-            "omega_s": task.rig.omega_s,
             "control_period": period,
             "largest_reference": task.largest_reference,
             "stuck_speed": STUCK_SPEED * scales.speed,
             "slew": task.slew_limit * period,
             "k_p": loop.k_p,
             "k_i": loop.k_i,
-            "back_emf_compensation": loop.compensation(task.rig),
             "gain": 1.0 - exp(-period / SAMPLES / reward.time_constant),
             "torque_mean_gain": 1.0 - exp(-period / (TORQUE_MEAN_TIME * scales.time)),
             "torque_variance_gain": 1.0 - exp(-period / (TORQUE_DEVIATION_TIME * scales.time)),
@@ -258,11 +275,12 @@ class EpisodeBatch(PlaysTask):
             self._settings[name] = value
 
     def _arguments(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> tuple[Any, ...]:
-        tables = self._tables
+        tables = self._bank.tables
         return (
             self.episodes[part],
             actions[part],
             self._settings,
+            self._bank.plants,
             tables.rungs,
             tables.sampling,
             tables.shift,

@@ -57,20 +57,18 @@ EPISODE = np.dtype(
         ("torque_mean", "f8"),  # its running mean, and its running variance about that
         ("torque_variance", "f8"),
         ("noise", "u8"),  # state of the generator of the measurement noise
+        ("rig", "i8"),  # index into the bank of rigs
     ],
     align=True,
 )
 SETTINGS = np.dtype(
     [
-        ("r_1", "f8"),
-        ("omega_s", "f8"),
         ("control_period", "f8"),  # s
         ("largest_reference", "f8"),  # rad/s
         ("stuck_speed", "f8"),  # below which the bit counts as stuck, rad/s
         ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
         ("k_p", "f8"),  # of the drive's speed loop in the episode
         ("k_i", "f8"),
-        ("back_emf_compensation", "f8"),  # back-EMF that the drive makes up for, V s/rad of the top speed
         ("gain", "f8"),  # of the running statistics of the bit speed, a sample
         ("torque_mean_gain", "f8"),  # of those of the torque, a control step
         ("torque_variance_gain", "f8"),
@@ -101,6 +99,7 @@ def step_episodes(
     episodes: Records,
     actions: npt.NDArray[np.float32],
     settings: Records,
+    plants: Records,
     rungs: Records,
     sampling: Records,
     shift: Records,
@@ -112,7 +111,8 @@ def step_episodes(
     """Step every rig whose episode is not over by one control step, in place; how many have lost a finite state.
 
     `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
-    length 1, `layout` the sensors' and `observations` of shape (n, channels) is filled for all rigs.
+    length 1; `plants`, `rungs`, `sampling` and `shift` are those of a `RigBank`, with the rig as first index;
+    `layout` is the sensors' and `observations` of shape (n, channels) is filled for all rigs.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
     """
@@ -120,7 +120,8 @@ def step_episodes(
     for n in range(episodes.shape[0]):
         episode = episodes[n]
         if episode.step < s.steps:
-            _step(episode, actions[n, 0], s, rungs, sampling, shift, work)
+            k = episode.rig
+            _step(episode, actions[n, 0], s, plants[k], rungs[k], sampling[k], shift[k], work)
             lost += not _is_finite(episode.state)
         _measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
@@ -143,7 +144,14 @@ def observe_episodes(
 
 @inlined
 def _step(
-    episode: Record, action: float, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record
+    episode: Record,
+    action: float,
+    s: Record,
+    plant: Record,
+    rungs: Records,
+    sampling: Records,
+    shift: Records,
+    work: Record,
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
     episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), s.largest_reference)
@@ -151,7 +159,7 @@ def _step(
     while episode.next_load < MOST_LOAD_STEPS and episode.load_times[episode.next_load] <= now:
         episode.normal_force = episode.load_forces[episode.next_load]
         episode.next_load += 1
-    _hold(episode, s, rungs, sampling, shift, work)
+    _hold(episode, s, plant, rungs, sampling, shift, work)
     variance, tracking, effort = reward_terms(
         episode.mean,
         episode.variance,
@@ -175,11 +183,14 @@ def _step(
 
 
 @inlined
-def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: Records, work: Record) -> None:
+def _hold(
+    episode: Record, s: Record, plant: Record, rungs: Records, sampling: Records, shift: Records, work: Record
+) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
     x, y, contact = episode.state, work.y, work.contact
-    press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, s.r_1)
-    contact.omega_s, contact.speed_reference = s.omega_s, episode.speed_reference
+    press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, plant.r_1)
+    contact.omega_s, contact.speed_reference = plant.omega_s, episode.speed_reference
+    top_speed, error_integral = x[4], x[6]
     from_equilibrium(x, contact, shift, y)
     advance(y, contact, rungs, sampling, work, True, UNITS)
     to_states(y, contact, shift, x)
@@ -198,11 +209,13 @@ def _hold(episode: Record, s: Record, rungs: Records, sampling: Records, shift: 
     episode.lowest, episode.highest, episode.average = lowest, highest, total / SAMPLES
     episode.stuck = stuck / SAMPLES
     episode.torque_into_string, episode.highest_torque = work.torque_samples[SAMPLES - 1], highest_torque
-    episode.string_torque = torque / SAMPLES
+    mean_top_speed = episode.speed_reference - (x[6] - error_integral) / s.control_period
+    estimate = plant.torque_gain * (torque / SAMPLES) + plant.torque_per_speed * mean_top_speed
+    episode.string_torque = estimate + plant.torque_per_change * (x[4] - top_speed) + plant.torque_offset
     deviation = episode.string_torque - episode.torque_mean
     episode.torque_mean += s.torque_mean_gain * deviation
     episode.torque_variance += s.torque_variance_gain * (deviation * deviation - episode.torque_variance)
-    episode.voltage = s.k_p * (episode.speed_reference - x[4]) + s.k_i * x[6] + s.back_emf_compensation * x[4]
+    episode.voltage = s.k_p * (episode.speed_reference - x[4]) + s.k_i * x[6] + plant.back_emf_compensation * x[4]
 
 
 @inlined
@@ -269,6 +282,7 @@ def settle_episodes(
     episodes: Records,
     phases: FloatArray,
     settings: Records,
+    plants: Records,
     rungs: Records,
     sampling: Records,
     shift: Records,
@@ -283,12 +297,12 @@ def settle_episodes(
     """
     s, work = settings[0], scratch[0].work
     for n in range(episodes.shape[0]):
-        episode = episodes[n]
+        episode, k = episodes[n], episodes[n].rig
         episode.start = STEADY
         was_stuck, last_release, period, end = True, 0, 0, s.longest_settling
         step = 0
         while step < end:
-            _hold(episode, s, rungs, sampling, shift, work)
+            _hold(episode, s, plants[k], rungs[k], sampling[k], shift[k], work)
             if not _is_finite(episode.state):
                 end = step
             if episode.start == STEADY:  # not yet found to cycle

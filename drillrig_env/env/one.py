@@ -18,7 +18,7 @@ from drillrig_env.env.task import TaskLike
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
-_BOUND = ("_advance", "_seen", "_numbers", "_counts", "_picture")  # what only holds for the arrays of this very one
+_BOUND = ("_advance", "_bank", "_seen", "_numbers", "_counts", "_picture")  # what only holds for the arrays of this very one
 
 
 class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
@@ -60,11 +60,25 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
 
     def _bind(self) -> None:
         """Make what stands on the arrays of this very environment; a copy has others."""
-        seen = np.zeros((1, len(self.sensors.channels)), dtype=np.float32)
-        self._advance, self._seen = self.core.bound_step(self._action, seen), seen[0]
+        self._seen = np.zeros(len(self.sensors.channels), dtype=np.float32)
+        self._bind_step()
         record = self.core.episodes[0]
         self._numbers, self._counts = entries_of(record)
         self._picture = None if self.render_mode is None else self._new_picture(record)
+
+    def _bind_step(self) -> None:
+        """Make the call of a control step, of the rigs that there are now."""
+        self._advance, self._bank = self.core.bound_step(self._action, self._seen[None]), self.core.bank
+
+    def change(self, **fields: Any) -> None:
+        """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
+        super().change(**fields)
+        self._follow_bank()
+
+    def _follow_bank(self) -> None:
+        """Step with the rigs that there are now."""
+        if self.core.bank is not self._bank:
+            self._bind_step()
 
     def get_state(self) -> EnvironmentState:
         """Everything that the coming steps depend on, the random generator included; `set_state` comes back to it."""
@@ -80,6 +94,7 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
         """
         own = checked_state(state, type(self).__name__).own
         self.core.set_state(state)
+        self._follow_bank()
         self._seen[:] = self.core.observations[0]
         if own["generator"] is None:
             self._np_random = None

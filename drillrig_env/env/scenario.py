@@ -1,4 +1,4 @@
-"""What an episode draws: target, friction, start and load; and how `reset(options=...)` pins any of it."""
+"""What an episode draws: rig, target, friction, start and load; and how `reset(options=...)` pins any of it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.allowed import SHARE, Allowed, Made, Span
-from drillrig_env.arrays import FloatArray
+from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.fleet import Fleet
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, parameter, refuse
 from drillrig_env.scales import Scales
@@ -35,7 +36,7 @@ _PINS: dict[str, tuple[str, Allowed]] = {
     "v_b": ("s/rad", POSITIVE),
     "speed_target": ("rad/s", POSITIVE),
 }
-PINS = (*_PINS, "start", "load_steps")
+PINS = (*_PINS, "rig", "start", "load_steps")
 """The keys that `reset(options=...)` understands."""
 
 _LEAST_MU_RATIO = 1.05
@@ -44,13 +45,19 @@ _SHIFTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0,
 """What a draw's uniform numbers are shifted by, modulo 1, to make the next candidate: again uniform, and far away."""
 
 
+_BEHIND = 2.0**26
+"""Behind so many bits, those of the uniform number for the delay make another one, for the rig."""
+
+_ONE_RIG = np.ones((1, 3))
+
+
 @dataclass(frozen=True)
 class Scenario:
     """The distribution of episodes. Ranges are drawn uniformly; `Scenario.named` has the presets.
 
     The numbers here are those of the chapter's rig; `at` makes those of another. The friction coefficients are those
-    of `friction`, each times a factor of its own drawn within 1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load
-    step sets N_1 to a new draw at a uniform time. Raises `ValueError` for an empty or impossible range or share.
+    of `friction`, each times a factor of its own drawn within 1 +- `spread`, and mu_s >= 1.05 mu_k is kept; of a rig of
+    a fleet whose friction law is spread, they are that rig's to begin with. A load step sets N_1 to a new draw at a uniform time. Raises `ValueError` for an empty or impossible range or share.
     """
 
     speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "the target, drawn", allowed=Span(POSITIVE))
@@ -85,6 +92,12 @@ class Scenario:
         factory=Friction,
         meaning="nominal coefficients",
         allowed=Made(lambda given: Friction.of(given).single(), "a Friction, or a dictionary of changes to Friction()"),
+    )
+    rigs: Fleet | None = parameter(
+        None,
+        meaning="the rigs, of which each episode draws one",
+        allowed=Made(Fleet.of, "a Fleet, a list of rigs, or a dictionary of the arguments of Fleet.around"),
+        none="the nominal rig alone",
     )
 
     def __post_init__(self) -> None:
@@ -136,27 +149,34 @@ class Scenario:
             ),
         )
 
-    def draw(self, uniforms: FloatArray, duration: float, pins: Mapping[str, Any]) -> Draws:
+    def draw(
+        self, uniforms: FloatArray, duration: float, pins: Mapping[str, Any], rig_friction: FloatArray = _ONE_RIG
+    ) -> Draws:
         """Turn uniform numbers of shape (n, UNIFORMS) into n episodes of `duration` s, pinned as told.
 
-        `pins` are checked options, as from `check_pins`.
+        `pins` are checked options, as from `check_pins`; "rig" is an index there. `rig_friction`, of shape (rigs, 3),
+        has for each rig of the bank the factors of mu_k, of mu_s - mu_k and of v_b; those drawn are its first ones, as
+        many as the fleet has.
         """
         if self.candidates > 1:
             one = replace(self, candidates=1)
             shifted = [(uniforms + k * _SHIFTS) % 1.0 for k in range(self.candidates)]
-            slopes = [_slope(one.draw(each, duration, pins)) for each in shifted]
+            slopes = [_slope(one.draw(each, duration, pins, rig_friction)) for each in shifted]
             hardest = np.where((uniforms[:, -1] * 2.0**20) % 1.0 < 0.5, np.argmin(slopes, axis=0), 0)
             uniforms = np.stack(shifted)[hardest, np.arange(len(uniforms))]
         u = uniforms.T
         n = len(uniforms)
-        table = self.friction.as_array(1)[0]
+        rig = np.minimum((u[10] * _BEHIND % 1.0 * len(rig_friction)).astype(int), len(rig_friction) - 1)
+        if "rig" in pins:
+            rig = np.broadcast_to(pins["rig"], n).copy()
+        mu_s, mu_k, v_b = self._friction_of(rig, rig_friction)
         factors = 1.0 + self.spread * (2.0 * u[2:5] - 1.0)
         drawn = {
             "speed_target": _between(self.speed_target, u[0] ** self.target_skew),
             "normal_force": _between(self.normal_force, u[1]),
-            "mu_s": table[1] * factors[0],
-            "mu_k": table[2] * factors[1],
-            "v_b": table[3] * factors[2],
+            "mu_s": mu_s * factors[0],
+            "mu_k": mu_k * factors[1],
+            "v_b": v_b * factors[2],
         }
         for name in drawn:
             if name in pins:
@@ -177,13 +197,22 @@ class Scenario:
             times[:, 0] = np.where(u[7] < self.load_step, _between(self.load_time, u[8]) * duration, np.inf)
             forces[:, 0] = _between(self.load_force or self.normal_force, u[9])
         target = drawn.pop("speed_target")
-        return Draws(target, Friction(**drawn), start, u[6], times, forces, delay=u[10], noise=u[11])
+        return Draws(rig, target, Friction(**drawn), start, u[6], times, forces, delay=u[10], noise=u[11])
+
+    def _friction_of(self, rig: np.ndarray, rig_friction: FloatArray) -> tuple[Quantity, Quantity, Quantity]:
+        """mu_s, mu_k and v_b of the rigs, before the episode's own draws."""
+        _, mu_s, mu_k, v_b = self.friction.as_array(1)[0]
+        if np.all(rig_friction == 1.0):
+            return mu_s, mu_k, v_b
+        of_mu_k, of_difference, of_v_b = np.vstack([rig_friction, np.ones(3)])[np.minimum(rig, len(rig_friction))].T
+        return mu_k * of_mu_k + (mu_s - mu_k) * of_difference, mu_k * of_mu_k, v_b * of_v_b
 
 
 @dataclass(frozen=True, eq=False)
 class Draws:
     """n drawn episodes: arrays with one entry an episode."""
 
+    rig: np.ndarray  # index into the bank
     speed_target: FloatArray  # rad/s
     friction: Friction
     start: np.ndarray  # index into STARTS
@@ -221,7 +250,9 @@ def check_pins(
     for key, value in options_of(options).items():
         if key not in PINS:
             raise ValueError(f"reset options: unknown key {key!r}; {closest(key, PINS)}")
-        if key == "start":
+        if key == "rig":
+            pins[key] = value  # an index or a rig; the bank knows them
+        elif key == "start":
             pins[key] = _check_start(value, rigs)
         elif key == "load_steps":
             pins[key] = _check_load_steps(value, duration)

@@ -174,6 +174,7 @@ class DrillRigEnv(OneRig):
         uniforms = self.np_random.random((1, UNIFORMS))
         self.core.seeds = (self._np_random_seed,)
         self.core.reset(_ONLY, uniforms, options)
+        self._follow_bank()
         self._seen[:] = self.core.observations[0]
         if self._picture is not None:
             self._picture.begin()

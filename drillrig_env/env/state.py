@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.env.task import CHANGEABLE, TASK_FIELDS, Task
+from drillrig_env.rig import Rig
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +28,7 @@ class EnvironmentState:
     past: npt.NDArray[np.float32]  # measurements that are still to be seen
     observations: npt.NDArray[np.float32]  # (rigs, channels)
     own: Mapping[str, Any] = field(default_factory=dict)  # what only this form has: generators, sums of rewards
+    guests: tuple[Rig, ...] = ()  # rigs beyond the scenario's
 
     def check(self, task: Task, steps: int, episodes: np.ndarray) -> None:
         """Raise `ValueError` where this is no state of such an environment, with what differs."""

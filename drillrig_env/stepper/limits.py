@@ -49,7 +49,7 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
             "eta C_m J_3": rig.eta * _ratio(rig.eta, 1.0) * _ratio(rig.C_m, rig.J_3),
             "R L": _ratio(rig.R, rig.L),
             "eta K_T k_p L J_3": _root(rig.eta, rig.L) * _root(rig.K_T, rig.J_3) * sqrt(k_p),
-            "eta K_T K_E L J_3": rig.eta * _root(rig.K_T, rig.L) * _root(K_E, rig.J_3),
+            "eta K_T K_E L J_3": rig.eta * _root(rig.K_T, rig.L) * _root(abs(K_E), rig.J_3),
             "eta K_T k_i L J_3": (_ratio(rig.eta, rig.L) * _ratio(rig.K_T, rig.J_3) * k_i) ** (1.0 / 3.0),
         }
         units = units_of(rig)

@@ -141,10 +141,9 @@ class Tables:
     shift: np.ndarray
 
 
-@lru_cache(maxsize=64)
 @np.errstate(over="ignore", invalid="ignore")  # an impossible rig is found out by its first states
-def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Tables:
-    """Build (or recall) the tables for a rig and a period in s; > 0. Steps are no longer than LONGEST_PERIOD.
+def build_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Drive | None = None) -> Tables:
+    """Build the tables for a rig and a period in s; > 0. Steps are no longer than LONGEST_PERIOD.
 
     `tolerance` (rad/s, in the rig's own unit of speed: see `units_of`) is what the error of any speed stays below over
     20 s: 1e-7 to 1e-3. The bounds on a step's errors that keep it there were found by trial, with a margin of 2 or more
@@ -207,6 +206,10 @@ def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Dr
     for table in (rungs, sampling, shift):
         table.flags.writeable = False
     return Tables(rig, drive, period, rungs, sampling, shift)
+
+
+step_tables = lru_cache(maxsize=64)(build_tables)
+"""`build_tables`, or what it has built before."""
 
 
 def _in_units(rig: Rig, drive: Drive | None, units: Units, period: float) -> tuple[FloatArray, FloatArray, float]:

@@ -1,0 +1,166 @@
+"""The rigs of a batch: their tables side by side, of which the kernels take those of an episode's rig by its index.
+
+The first ones are the scenario's fleet, or the nominal rig alone. After them come guests: rigs that a reset has asked
+for by themselves, kept for as long as an episode has them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from drillrig_env.allowed import Allowed
+from drillrig_env.drive import Drive
+from drillrig_env.env.task import Task
+from drillrig_env.fleet import Members, of_one, with_gains_of
+from drillrig_env.parameters import refuse
+from drillrig_env.rig import Rig
+from drillrig_env.stepper.tables import Tables, build_tables, step_tables
+
+PLANT = np.dtype(
+    [
+        ("r_1", "f8"),
+        ("omega_s", "f8"),
+        ("back_emf_compensation", "f8"),  # back-EMF that the drive makes up for, V s/rad of the top speed
+        # Of the drive's estimate of the mean torque into the string over a control step:
+        ("torque_gain", "f8"),  # how much of that torque is in it
+        ("torque_per_speed", "f8"),  # N m s/rad, of the mean top speed
+        ("torque_per_change", "f8"),  # N m s/rad, of the change of the top speed
+        ("torque_offset", "f8"),  # N m
+    ],
+    align=True,
+)
+"""What a control step needs of a rig beside its tables."""
+
+
+@dataclass(frozen=True, eq=False)
+class TableStack:
+    """The tables of several rigs, with the rig as first index; see `drillrig_env.stepper.tables.Tables`."""
+
+    rungs: np.ndarray
+    sampling: np.ndarray
+    shift: np.ndarray
+
+    @classmethod
+    def of(cls, tables: Sequence[Tables]) -> TableStack:
+        """Tables side by side."""
+        if len(tables) == 1:
+            return cls(tables[0].rungs[None], tables[0].sampling[None], tables[0].shift[None])
+        return cls(*(np.stack([getattr(each, name) for each in tables]) for name in ("rungs", "sampling", "shift")))
+
+
+@dataclass(frozen=True, eq=False)
+class RigBank:
+    """The rigs of a batch, and what kernels need of them; `nominal` is what drive and sensors take each of them for.
+
+    `tables` are those of the episodes' drive, `start_tables` those of the nominal rig's own, with which episodes begin.
+    """
+
+    nominal: Rig
+    members: Members
+    drive: Drive | None
+    period: float
+    guests: tuple[Rig, ...]
+    plants: np.ndarray
+    tables: TableStack
+    start_tables: TableStack
+
+    @classmethod
+    def of(cls, task: Task, guests: Sequence[Rig] = ()) -> RigBank:
+        """The bank of a task, and some guests. Raises `ValueError` for a rig that cannot be computed."""
+        return _bank(task.rig, _members_of(task), task.drive, task.control_period, tuple(guests))
+
+    @property
+    def rigs(self) -> tuple[Rig, ...]:
+        """The rigs in the order of their indices."""
+        return (*self.members.rigs, *self.guests)
+
+    def parameters(self, indices: npt.NDArray[np.intp]) -> Any:
+        """The parameters of the rigs at some indices, with the attributes of a `Rig`, as `drillrig_env.model` takes it.
+
+        They are arrays with one entry for each of `indices`, or numbers where there is one rig only.
+        """
+        return self.rigs[0] if len(self.rigs) == 1 else self._columns[indices].view(np.recarray)
+
+    def read(self, asked: Any, episodes: int) -> list[int | Rig]:
+        """Which rig each of some episodes is to have, as a reset is told: by its index in the fleet, or by itself.
+
+        `asked` is one for all of them or a list with one for each. Raises `ValueError` for what is neither.
+        """
+        listed = isinstance(asked, Sequence | np.ndarray) and not isinstance(asked, str) and np.ndim(asked) > 0
+        if listed and len(asked) != episodes:
+            raise refuse("reset options", "number of rigs", len(asked), "", f"one, or {episodes}")
+        return [self._read_one(each) for each in (asked if listed else [asked] * episodes)]
+
+    def moved(
+        self, task: Task, in_use: npt.NDArray[np.intp], asked: Sequence[int | Rig] = ()
+    ) -> tuple[RigBank, npt.NDArray[np.intp]]:
+        """The bank of a task with the rigs of this one that are in use, and those that are asked for.
+
+        Returns with it the new index of each rig that was here, 0 where it has gone.
+        """
+        members, guests = _members_of(task), dict[Rig, int]()
+        places = np.zeros(len(self.rigs), dtype=np.intp)
+        for k in np.unique(in_use):
+            if members is self.members and k < len(members):
+                places[k] = k
+            else:
+                places[k] = len(members) + guests.setdefault(self.rigs[k], len(guests))
+        for rig in asked:
+            if isinstance(rig, Rig) and rig not in members.rigs:
+                guests.setdefault(rig, len(guests))
+        bank = self if members is self.members and tuple(guests) == self.guests else RigBank.of(task, tuple(guests))
+        return bank, places
+
+    def indices(self, asked: Sequence[int | Rig]) -> npt.NDArray[np.intp]:
+        """Where rigs, as `read` gives them, are in this bank."""
+        return np.array([self.rigs.index(rig) if isinstance(rig, Rig) else rig for rig in asked], dtype=np.intp)
+
+    def _read_one(self, asked: Any) -> int | Rig:
+        if np.ndim(asked) == 0 and isinstance(asked, int | float | np.number):
+            fleet = Allowed(0, len(self.members) - 1, whole=True)
+            if not fleet.holds(asked):
+                raise refuse("reset options", "rig", asked, "", f"{fleet}, or a Rig")
+            return int(asked)
+        return with_gains_of(Rig.of(asked), self.nominal)
+
+    @cached_property
+    def _columns(self) -> np.ndarray:
+        names = [item.name for item in fields(Rig)]
+        rows = [tuple(getattr(rig, name) for name in names) for rig in self.rigs]
+        return np.array(rows, dtype=[(name, "f8") for name in names])
+
+
+def _members_of(task: Task) -> Members:
+    fleet = task.scenario.rigs
+    return of_one(task.rig) if fleet is None else fleet.members(task.rig)
+
+
+@lru_cache(maxsize=8)
+def _bank(nominal: Rig, members: Members, drive: Drive | None, period: float, guests: tuple[Rig, ...]) -> RigBank:
+    rigs = (*members.rigs, *(with_gains_of(rig, nominal) for rig in guests))
+    seen = drive if drive is None or rigs == (nominal,) else drive.on(nominal)
+    plants = np.array([_plant(rig, nominal, seen, period) for rig in rigs], dtype=PLANT)
+    build = step_tables if len(rigs) == 1 else build_tables
+    start = TableStack.of([build(rig, period) for rig in rigs])
+    tables = start if seen is None else TableStack.of([build(rig, period, drive=seen) for rig in rigs])
+    return RigBank(nominal, members, drive, period, rigs[len(members) :], plants, tables, start)
+
+
+def _plant(rig: Rig, nominal: Rig, drive: Drive | None, period: float) -> tuple[float, ...]:
+    """What the drive takes for the torque is eta K_T i - eta^2 C_m x_5 - eta T_f - J_3 dx_5/dt of the nominal rig."""
+    gain = (nominal.eta * nominal.K_T) / (rig.eta * rig.K_T)
+    return (
+        rig.r_1,
+        rig.omega_s,
+        0.0 if drive is None else drive.compensation(rig),
+        gain,
+        gain * (rig.eta**2 * rig.C_m) - nominal.eta**2 * nominal.C_m,
+        (gain * rig.J_3 - nominal.J_3) / period,
+        gain * (rig.eta * rig.T_f) - nominal.eta * nominal.T_f,
+    )
