@@ -20,7 +20,7 @@ import numpy as np
 from drillrig_env.allowed import Allowed, Made
 from drillrig_env.arrays import FloatArray
 from drillrig_env.model import jacobian
-from drillrig_env.parameters import COUNT, check_fields, checked, closest, parameter, refuse
+from drillrig_env.parameters import check_fields, checked, closest, parameter, refuse
 from drillrig_env.rig import Rig, RigLike
 
 GROUPS = {
@@ -171,7 +171,9 @@ def _given(rigs: tuple[Rig, ...], nominal: Rig) -> Members:
     driven = tuple(with_gains_of(rig, nominal) for rig in rigs)
     for number, rig in enumerate(driven):
         if not _is_stable(rig):
-            raise ValueError(f"Fleet: rig {number} does not turn steadily with the nominal drive, even without friction")
+            raise ValueError(
+                f"Fleet: rig {number} does not turn steadily with the nominal drive, even without friction"
+            )
     return Members(driven, np.ones((len(rigs), 3)), 0)
 
 

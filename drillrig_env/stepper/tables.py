@@ -174,18 +174,19 @@ def build_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: D
     rungs["first"], rungs["fine"][first + SAMPLED_RUNGS :] = first, True
     rungs["series"] = fastest / 2.0 ** np.arange(RUNGS) <= _LARGEST_SERIES
     per_state, per_torque = np.outer(1.0 / units.states, units.states), units.states / units.torque
-    between = doubled_steps(M, b, step, BETWEEN, RUNGS)
+    between_from_state, between_from_torque = doubled_steps(M, b, step, BETWEEN, RUNGS)
     tables = variation_of_constants(M, b, step, RADAU_NODES, UNIT_RUNG + 1)
     deep = doubled_steps(M, b, step / (2.0 * UNITS), RADAU_NODES, DEPTH)
-    for r, (from_state, from_torque) in enumerate((*zip(*tables, strict=True), *zip(*deep, strict=True))):
-        rungs[r]["node_from_state"] = from_state[:, 2, :].T * per_state[:, 2, None]
-        rungs[r]["node_from_torque"] = from_torque[:, 2, :] * per_torque[2]
-        rungs[r]["between_from_state"] = between[0][r, :, 2, :].T * per_state[:, 2, None]
-        rungs[r]["between_from_torque"] = between[1][r, :, 2, :].T * per_torque[2]
-        rungs[r]["state_from_state"][:, :7] = from_state[-1].T * per_state
-        rungs[r]["state_from_torque"][:, :7] = from_torque[-1].T * per_torque
-        rungs[r]["rate_from_state"][:, :7] = jacobian(rig, drive=drive).T * (period / 2**r)
-        rungs[r]["rate_from_torque"][:7] = friction_input(rig) * (period / 2**r)
+    from_state, from_torque = (np.concatenate(both) for both in zip(tables, deep, strict=True))
+    rungs["node_from_state"] = from_state[:, :, 2].transpose(0, 2, 1) * per_state[:, 2, None]
+    rungs["node_from_torque"] = from_torque[:, :, 2] * per_torque[2]
+    rungs["between_from_state"] = between_from_state[:, :, 2].transpose(0, 2, 1) * per_state[:, 2, None]
+    rungs["between_from_torque"] = between_from_torque[:, :, 2].transpose(0, 2, 1) * per_torque[2]
+    rungs["state_from_state"][:, :, :7] = from_state[:, -1].transpose(0, 2, 1) * per_state
+    rungs["state_from_torque"][:, :, :7] = from_torque[:, -1].transpose(0, 2, 1) * per_torque
+    steps = period / 2.0 ** np.arange(RUNGS)
+    rungs["rate_from_state"][:, :, :7] = jacobian(rig, drive=drive).T * steps[:, None, None]
+    rungs["rate_from_torque"][:, :7] = friction_input(rig) * steps[:, None]
     sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
     speed_row, torque_row = np.eye(7)[2], torque_into_string(rig, np.eye(7))
     for r in range(SAMPLED_RUNGS):
