@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.allowed import Choice
+from drillrig_env.allowed import Choice, Made
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, SHARE, check_fields, closest, parameter, refuse
 from drillrig_env.rig import Rig
 
@@ -55,7 +55,7 @@ class Drive:
         if isinstance(drive, np.ndarray):
             drive = drive.tolist()
         if isinstance(drive, Sequence) and not isinstance(drive, str) and len(drive) in (2, 3):
-            return cls(*drive)
+            drive = dict(zip(names, drive, strict=False))
         if not isinstance(drive, Mapping):
             raise refuse("Drive", "drive", repr(drive), "", f"a Drive, a dictionary of its fields, or {_SEQUENCE}")
         for name in drive:
@@ -97,7 +97,7 @@ class Drive:
 class _OfNameplate(Drive):
     """A drive that makes up for a share of the back-EMF of another motor."""
 
-    nameplate: Rig = Rig()
+    nameplate: Rig = parameter(Rig(), meaning="the rig that it takes for its own", allowed=Made(Rig.of, "a rig"))
 
     def remaining_K_E(self, rig: Rig) -> float:
         return rig.K_E - self.back_emf_share * self.nameplate.K_E * (self.nameplate.eta / rig.eta)

@@ -68,8 +68,8 @@ def _read_spread(spread: Any) -> dict[str, float]:
             raise ValueError(f"{name} is a setting of the drive, which is the nominal rig's; it cannot be spread")
         if name not in GROUPS and name not in _NAMES:
             raise ValueError(f"unknown parameter {name!r}; {closest(name, (*GROUPS, *_NAMES))}")
-        factor = checked("spread", name, factor, "", _FACTOR)
-        found.update(dict.fromkeys(GROUPS.get(name, (name,)), factor))
+        for member in GROUPS.get(name, (name,)):
+            found[member] = checked("spread", name, factor, "", _FACTOR)
     return {name: found[name] for name in _NAMES if name in found}
 
 
@@ -130,7 +130,7 @@ class Fleet:
                     raise ValueError(f"fleet: unknown field {name!r}; {closest(name, known)}")
             return cls(**fleet)
         if isinstance(fleet, Sequence) and not isinstance(fleet, str):
-            return cls(rigs=tuple(fleet))
+            return cls(rigs=_read_rigs(fleet))
         allowed = "a Fleet, a list of rigs, or a dictionary with spread, count and seed"
         raise refuse("fleet", "rigs", repr(fleet), "", allowed)
 
@@ -148,7 +148,8 @@ class Fleet:
         if self.rigs:
             return f"{len(self.rigs)} rigs"
         spreads = ", ".join(f"{name} {factor:g}" for name, factor in self.spread.items())
-        return f"{self.count} rigs around {'the nominal one' if self.rig is None else 'a rig'} (seed {self.seed}; {spreads})"
+        middle = "the nominal one" if self.rig is None else "a rig"
+        return f"{self.count} rigs around {middle} (seed {self.seed}; {spreads})"
 
 
 FleetLike: TypeAlias = Fleet | Mapping[str, Any] | Sequence[RigLike] | None

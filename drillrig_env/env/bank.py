@@ -127,6 +127,8 @@ class RigBank:
             if not fleet.holds(asked):
                 raise refuse("reset options", "rig", asked, "", f"{fleet}, or a Rig")
             return int(asked)
+        if asked is None:
+            raise refuse("reset options", "rig", asked, "", "an index of the fleet, or a Rig")
         return with_gains_of(Rig.of(asked), self.nominal)
 
     @cached_property

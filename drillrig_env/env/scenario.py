@@ -56,8 +56,9 @@ class Scenario:
     """The distribution of episodes. Ranges are drawn uniformly; `Scenario.named` has the presets.
 
     The numbers here are those of the chapter's rig; `at` makes those of another. The friction coefficients are those
-    of `friction`, each times a factor of its own drawn within 1 +- `spread`, and mu_s >= 1.05 mu_k is kept; of a rig of
-    a fleet whose friction law is spread, they are that rig's to begin with. A load step sets N_1 to a new draw at a uniform time. Raises `ValueError` for an empty or impossible range or share.
+    of `friction` (on a rig of a fleet whose friction is spread, of that rig's), each times a factor of its own drawn
+    within 1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load step sets N_1 to a new draw at a uniform time. Raises
+    `ValueError` for an empty or impossible range or share.
     """
 
     speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "the target, drawn", allowed=Span(POSITIVE))
