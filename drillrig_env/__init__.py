@@ -41,6 +41,7 @@ __all__ = [
     "ENVIRONMENTS",
     "STARTS",
     "Drive",
+    "Fleet",
     "Friction",
     "Reward",
     "Rig",
@@ -58,6 +59,7 @@ __all__ = [
 
 _PLACES = {
     "Drive": "drillrig_env.drive",
+    "Fleet": "drillrig_env.fleet",
     "Friction": "drillrig_env.friction",
     "Reward": "drillrig_env.env.reward",
     "Rig": "drillrig_env.rig",

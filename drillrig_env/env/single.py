@@ -99,9 +99,12 @@ class DrillRigEnv(OneRig):
     episodes N_1 steps to a new draw at a uniform time (at the first control step from then on).
     Everything comes from the environment's own generator: a seed fixes an episode bit for bit.
 
+    Each episode may have another rig: `Scenario(rigs=Fleet.around(spread={"string": 2.0, "motor": 1.1}))` draws one of
+    256. Sensors, drive and what a controller is told are those of the nominal rig, `rig`.
+
     `reset(options={...})` pins any of `normal_force` (N), `mu_s`, `mu_k`, `v_b` (s/rad),
-    `speed_target` (rad/s), `start` ("stick_slip", "steady", "rest") and `load_steps`, a list of
-    (time in s, N_1 in N).
+    `speed_target` (rad/s), `start` ("stick_slip", "steady", "rest"), `load_steps`, a list of
+    (time in s, N_1 in N), and `rig`, the index of a rig of the fleet or any `Rig`.
 
     ## Episode End
     Never terminated; truncated after 60 s. Another `step` needs a `reset` first.
@@ -119,6 +122,7 @@ class DrillRigEnv(OneRig):
     | `reward_variance`, `reward_tracking`, `reward_action` | | the terms of the reward, which is their sum |
     | `delay` | control steps | by which measurements come late in the episode |
     | `start` | | how the episode really began, an index into `drillrig_env.STARTS` |
+    | `rig` | | which rig of the fleet the episode has; 0 without a fleet |
     | `is_success` | | True at the last step of an episode that ends calm at the target |
 
     Calm at the target: over the last 10 s, max - min of the bit speed below 0.2 of its mean, and a mean within 5 %

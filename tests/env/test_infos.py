@@ -21,6 +21,7 @@ DTYPES = {
     "torque_into_string": np.float64,
     "delay": np.int64,
     "start": np.int64,
+    "rig": np.int64,
     "reward_variance": np.float64,
     "reward_tracking": np.float64,
     "reward_action": np.float64,
