@@ -28,6 +28,9 @@ class SoftTorque(CountedLaw):
     says K_p of the order of the string's impedance Z and K_i = (2 pi f)^2 J_3 with f the string's lowest
     mode (Jansen and van den Steen, J. Sound Vib. 179 (1995) 647): 0.126 and 0.173 on the chapter's rig.
 
+    It makes up for all of the back-EMF (`back_emf_share`) that the motor's nameplate tells; with `back_emf="motor"`
+    for that of the very motor, which is another on the rigs of a fleet.
+
     Needs a drive whose gains can be set. Tuned by `python -m baselines.tune soft_torque` on training seeds.
     """
 
@@ -41,9 +44,12 @@ class SoftTorque(CountedLaw):
         slew_limit: float | None = None,
         proportional: float | None = None,
         integral: float | None = None,
+        back_emf_share: float = 1.0,
+        back_emf: str = "nameplate",
         **others: Any,
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
+        self.back_emf_share, self.back_emf = back_emf_share, back_emf
         values = self._given_or_tuned(proportional=proportional, integral=integral)
         self.proportional = values["proportional"]
         self.integral = values["integral"]
@@ -57,13 +63,14 @@ class SoftTorque(CountedLaw):
 
     @property
     def drive(self) -> Drive:
-        """The drive that has these two, and makes up for all of the back-EMF."""
+        """The drive that has these two, and makes up for the back-EMF."""
         rig, volt = self.plant, self.unit("voltage")
         volts_per_torque = rig.R / (rig.eta * rig.K_T)
         return Drive(
             k_p=(self.proportional - rig.eta**2 * rig.C_m) * volts_per_torque * (volt / self.unit("bit_speed")),
             k_i=self.integral * volts_per_torque * (volt / self.unit("twist_23")),
-            back_emf_share=1.0,
+            back_emf_share=self.back_emf_share,
+            back_emf=self.back_emf,
         )
 
     def desired_reference(

@@ -6,6 +6,13 @@ range's first seed plus i.
 
 from __future__ import annotations
 
+TRAINING_FLEETS, TUNING_FLEETS, EVALUATION_FLEETS = (
+    range(0, 1_000_000),
+    range(1_000_000, 2_000_000),
+    range(2_000_000, 3_000_000),
+)
+"""Seeds of the fleets (`drillrig_env.fleet`) to learn on, to tune on, and to be judged on."""
+
 TRAINING_SEEDS = range(0, 500_000_000)
 """Rigs that agents learn on."""
 

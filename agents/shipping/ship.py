@@ -52,7 +52,7 @@ from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
-from drillrig_env.evaluation.suites import SUITES, suite
+from drillrig_env.evaluation.suites import OF_ONE_RIG, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
 from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
 from drillrig_env.flags import of_kind
@@ -75,11 +75,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", type=Path, help="folder of the seeds, as train.py --seeds leaves it")
     parser.add_argument("--name", required=True, help="what the agent is called")
     parser.add_argument("--rigs", type=of_kind(COUNT), default=1000, help="random rigs of a suite (default: 1000)")
-    parser.add_argument("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
+    parser.add_argument(
+        "--suite", nargs="+", choices=list(OF_ONE_RIG), default=list(OF_ONE_RIG), help="default: all suites"
+    )
     parser.add_argument("--results", type=Path, metavar="DIR", help="folder that keeps the episodes, to go on from")
     chosen = parser.parse_args(arguments)
     made_by = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
-    names = [name for name in SUITES if name in chosen.suite or name == "default"]
+    names = [name for name in OF_ONE_RIG if name in chosen.suite or name == "default"]
     try:
         folder = ship(chosen.folder, chosen.name, chosen.rigs, names, chosen.results, command=made_by)
     except ValueError as error:
@@ -91,7 +93,7 @@ def ship(
     runs: Path,
     name: str,
     rigs: int = 1000,
-    suites: Sequence[str] = tuple(SUITES),
+    suites: Sequence[str] = OF_ONE_RIG,
     results_folder: Path | None = None,
     trained: Path = TRAINED,
     command: str = COMMAND,

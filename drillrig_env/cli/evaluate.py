@@ -40,7 +40,7 @@ from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.report import print_suite
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.store import clear_pictures, read, read_histories, save
-from drillrig_env.evaluation.suites import SUITES, Suite, suite
+from drillrig_env.evaluation.suites import OF_ONE_RIG, SUITES, Suite, suite
 from drillrig_env.evaluation.tables import all_estimates
 from drillrig_env.files import check_writable, owned
 from drillrig_env.flags import add_rig_argument, of_kind
@@ -92,7 +92,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             return _report_again(chosen)
         check_writable(chosen.output)
         contestants, failures, conditions = find_contestants(
-            chosen.policies, chosen.env, chosen.slow, _warn, chosen.rig, chosen.largest_reference
+            chosen.policies,
+            chosen.env or _env_of(chosen.suite),
+            chosen.slow,
+            _warn,
+            chosen.rig,
+            chosen.largest_reference,
         )
         _check_stable(conditions.rig)
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
@@ -121,6 +126,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
     for failure in failures:
         print(f"error: {failure}", file=sys.stderr)
     return FAILED if failures else DONE
+
+
+def _env_of(suites: Sequence[str]) -> str | None:
+    """The environment that all of some suites are meant for, where there is one."""
+    meant = {suite(name).env_id for name in suites}
+    return meant.pop() if len(meant) == 1 else None
 
 
 def _check_stable(rig: Rig) -> None:
@@ -153,8 +164,13 @@ def _parser(prog: str) -> Parser:
         help="upper end of the rig's speed reference; targets, forces and friction go with it (default: by its period)",
     )
     add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
-    add("--suite", nargs="+", choices=list(SUITES), default=list(SUITES), help="default: all suites")
-    add("--rigs", type=of_kind(COUNT), default=1000, help="random rigs of a suite that is drawn (default: 1000)")
+    add("--suite", nargs="+", choices=list(SUITES), default=list(OF_ONE_RIG), help=f"default: {' '.join(OF_ONE_RIG)}")
+    add(
+        "--rigs",
+        type=of_kind(COUNT),
+        default=1000,
+        help="random rigs of a suite that is drawn (default: 1000, 256 rigs with 16 draws each of a fleet)",
+    )
     add("--output", type=Path, default=Path("results"), help="folder for the results (default: results)")
     kept = parser.add_mutually_exclusive_group()
     kept.add_argument("--resume", action="store_true", help="go on with the results in the output folder")
@@ -210,7 +226,8 @@ def _run(
 
 def _report(results: Results, name: str, reference: str, chosen: argparse.Namespace) -> None:
     about = results.config["suites"][name]
-    title = f"{name}: {about['description']} ({about['rigs']} rigs, {results.config['env']})"
+    counted = "episodes" if "rigs" in about["scenario"] else "rigs"
+    title = f"{name}: {about['description']} ({about['rigs']} {counted}, {results.config['env']})"
     if changed := differences(Rig.of(results.config.get("rig"))):
         title += f", each with {changed}"
     print_suite(title, results.scores[name], results.marks, reference, chosen.details, bool(chosen.reference))

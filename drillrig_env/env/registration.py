@@ -8,9 +8,19 @@ from typing import Any
 
 import gymnasium as gym
 
+from drillrig_env.seeds import TRAINING_FLEETS
+
+UNKNOWN = {"string": 2.0, "inertias": 2.0, "friction": 2.0, "motor": 1.1}
+"""Factors within which a rig is unknown; see `drillrig_env.fleet.Fleet`."""
+
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "DrillRig-v0": {"sensors": "state"},
     "DrillRigSurface-v0": {"sensors": "surface"},
+    "DrillRigUnknown-v0": {
+        "sensors": "surface",
+        "delay": (1, 2),
+        "scenario": {"spread": 0.0, "rigs": {"spread": UNKNOWN, "seed": TRAINING_FLEETS.start}},
+    },
 }
 """The registered environments, and the arguments in which they differ."""
 

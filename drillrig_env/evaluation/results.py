@@ -24,6 +24,7 @@ Scores = dict[str, npt.NDArray[Any]]
 
 _TEXTS = {"seed", "start", "region"}
 _FLAGS = {"calm", "mitigated"}
+_COUNTS = {"episode", "rig"}
 
 TOLD, SOFT = "*", "°"
 MARKS = f"{TOLD} told what the sensors do not show; {SOFT} sets the drive's gains as well"
@@ -112,6 +113,8 @@ class Results:
         """The results whose `rows` these are."""
         results = cls(config, provenance, estimates=estimates)
         header, *lines = rows.splitlines(keepends=True) or [""]
+        if header and "rig" not in next(csv.reader([header])):  # written before there were fleets
+            header, lines = header.replace("\n", ",rig\n"), [line.replace("\n", ",0\n") for line in lines]
         blocks: dict[tuple[str, str], list[str]] = {}
         for line, (suite, policy, *_) in zip(lines, csv.reader(lines), strict=True):
             blocks.setdefault((suite, policy), []).append(line)
@@ -152,4 +155,4 @@ def _column(name: str, values: tuple[str, ...]) -> npt.NDArray[Any]:
         return np.array(values)
     if name in _FLAGS:
         return np.array([value == "1" for value in values])
-    return np.array(values, dtype=np.intp if name == "episode" else np.float64)
+    return np.array(values, dtype=np.intp if name in _COUNTS else np.float64)

@@ -31,7 +31,7 @@ class Episodes:
 
     Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, string torque
     (N m, at its end and the highest within), speed reference and top speed (rad/s, at its end) and
-    reward. `friction` is that of the episode's end.
+    reward. `friction` is that of the episode's end. `rigs` are those of the fleet, or the one that all episodes share.
     """
 
     task: Task
@@ -47,11 +47,8 @@ class Episodes:
     speed_reference: FloatArray
     top_speed: FloatArray
     reward: FloatArray
-
-    @property
-    def rig(self) -> Rig:
-        """The rig that all share."""
-        return self.task.rig
+    rigs: tuple[Rig, ...]
+    place: npt.NDArray[np.intp]  # of each episode's rig in `rigs`, (n,)
 
 
 def play(
@@ -125,4 +122,5 @@ def run(
         traces["top_speed"][:, step] = core.episodes["state"][:, STATE_NAMES.index("top_speed")]
         if progress:
             progress(step + 1, core.steps)
-    return Episodes(core.task, core.episodes["speed_target"].copy(), core.friction, start, **traces)
+    target, place = core.episodes["speed_target"].copy(), core.episodes["rig"].copy()
+    return Episodes(core.task, target, core.friction, start, rigs=core.bank.rigs, place=place, **traces)

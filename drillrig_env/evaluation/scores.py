@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
@@ -39,6 +41,9 @@ Each bin holds its lower edge and not its upper one: together they hold every ri
 """
 
 
+_COEFFICIENTS = ("mu_s", "mu_k", "v_b")
+
+
 def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:
     """What tells rigs apart: target and friction, the borders that follow from them, and which side of these they lie.
 
@@ -61,16 +66,52 @@ def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.
     }
 
 
+def describe_fleet(
+    rigs: Sequence[Rig], place: npt.NDArray[np.intp], friction: Friction, target: FloatArray
+) -> dict[str, npt.NDArray[np.generic]]:
+    """`describe` for episodes each of which has one of `rigs`, at `place`; and the steady torque into the string, N m.
+
+    Of a fleet of several rigs the fold is left out (NaN), since a rig takes a third of a second to be followed to it:
+    `region` then tells only whether the target is below the critical speed or above. Where steady rotation has no one
+    critical speed, that is infinite.
+    """
+    table = friction.as_array(len(target))
+    parts: list[tuple[npt.NDArray[np.intp], dict[str, npt.NDArray[np.generic]]]] = []
+    for k in np.unique(place):
+        chosen = np.flatnonzero(place == k)
+        rig, own, at = rigs[k], Friction(*table[chosen].T), target[chosen]
+        described = describe(rig, own, at) if len(rigs) == 1 else _describe_without_fold(rig, own, at)
+        torque = torque_into_string(rig, steady_state(rig, own, at))
+        parts.append((chosen, {**described, "steady_torque": torque}))
+    order = np.argsort(np.concatenate([chosen for chosen, _ in parts]), kind="stable")
+    return {name: np.concatenate([part[name] for _, part in parts])[order] for name in parts[0][1]}
+
+
+def _describe_without_fold(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:
+    try:
+        omega_c = np.broadcast_to(critical_speed(rig, friction), target.shape)
+    except ValueError:
+        omega_c = np.full(target.shape, np.inf)
+    slope = -np.asarray(friction.slope(rig, target))
+    return {
+        "speed_target": target,
+        **{name: np.broadcast_to(getattr(friction, name), target.shape) for name in ("normal_force", *_COEFFICIENTS)},
+        "critical_speed": omega_c,
+        "fold": np.full(target.shape, np.nan),
+        "region": np.where(target < omega_c, "below", "above"),
+        "hardness": slope / -critical_slope(rig),
+    }
+
+
 def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
     """Every score of SCORES, an entry an episode, after what describes the episode's rig at its end."""
-    target, friction, rig = episodes.speed_target, episodes.friction, episodes.rig
-    steady_torque = torque_into_string(rig, steady_state(rig, friction, target))
+    target = episodes.speed_target
     scales, period = episodes.task.scales, episodes.task.control_period
     window = round(WINDOW * scales.time / period)
     lowest = episodes.lowest[:, -window:].min(axis=1)
     highest = episodes.highest[:, -window:].max(axis=1)
     mean = episodes.average[:, -window:].mean(axis=1)
-    described = describe(rig, friction, target)
+    described = describe_fleet(episodes.rigs, episodes.place, episodes.friction, target)
     return {
         **{name: described[name] for name in ("speed_target", "normal_force", "mu_s", "mu_k", "v_b")},
         "start": episodes.start,
@@ -81,9 +122,10 @@ def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
         "time_to_calm": time_to_calm(episodes),
         "stuck": episodes.stuck.mean(axis=1),
         "peak_speed": episodes.highest.max(axis=1) / target,
-        "peak_torque": episodes.highest_torque.max(axis=1) / steady_torque,
+        "peak_torque": episodes.highest_torque.max(axis=1) / described["steady_torque"],
         "cost": -episodes.reward.mean(axis=1),
         "travel": np.abs(np.diff(episodes.speed_reference, axis=1)).sum(axis=1),
+        "rig": episodes.place,
     }
 
 

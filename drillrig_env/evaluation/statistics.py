@@ -1,4 +1,8 @@
-"""Intervals at 95 %: Wilson's for rates, bootstrap for means and differences, over rigs or over training seeds."""
+"""Intervals at 95 %: Wilson's for rates, bootstrap for means and differences, over rigs or over training seeds.
+
+Episodes of a fleet are no independent draws where several have the same rig: what is drawn anew there are the rigs,
+each with all of its episodes (`over_rigs`).
+"""
 
 from __future__ import annotations
 
@@ -54,6 +58,31 @@ def difference(values: npt.NDArray[Any], reference: npt.NDArray[Any]) -> Estimat
     if np.shape(values) != np.shape(reference):
         raise ValueError(f"paired differences of {np.shape(values)} and {np.shape(reference)} values; allowed: equal")
     return mean(np.asarray(values, dtype=float) - np.asarray(reference, dtype=float))
+
+
+def over_rigs(
+    values: npt.NDArray[Any], rigs: npt.NDArray[np.intp], statistic: Callable[..., Estimate] = rate
+) -> Estimate:
+    """`rate`, `mean` or `median` of values (n,) of episodes with the rigs `rigs` (n,), its interval over the rigs.
+
+    Rigs are drawn anew with all of their episodes (2,000 resamples from a fixed seed).
+    """
+    values = np.asarray(values, dtype=float)
+    names, rigs = np.unique(rigs, return_inverse=True)
+    if len(names) < 2:
+        return statistic(values)
+    drawn = np.random.default_rng(_SEED).integers(len(names), size=(_RESAMPLES, len(names)))
+    times = np.stack([np.bincount(row, minlength=len(names)) for row in drawn])
+    if statistic is median:
+        order = np.argsort(values, kind="stable")
+        reached = np.cumsum(times[:, rigs[order]], axis=1)
+        middle = [np.searchsorted(row, (row[-1] + 1) // 2) for row in reached]
+        found, resampled = np.median(values), values[order][middle]
+    else:
+        sums, counts = np.bincount(rigs, values), np.bincount(rigs)
+        found, resampled = values.mean(), (times @ sums) / (times @ counts)
+    low, high = np.quantile(resampled, (0.025, 0.975))
+    return Estimate(float(found), float(low), float(high), len(values))
 
 
 def over_seeds(values: Sequence[float] | npt.NDArray[np.float64], count: int) -> Estimate:

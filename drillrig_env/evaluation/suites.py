@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from drillrig_env.env.registration import UNKNOWN
 from drillrig_env.env.scenario import Scenario
+from drillrig_env.fleet import Fleet
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.scales import SLEW_LIMIT, Scales
-from drillrig_env.seeds import EVALUATION_SEEDS
+from drillrig_env.seeds import EVALUATION_FLEETS, EVALUATION_SEEDS
 
 _CHAPTER = Scales()
+_LARGEST_FLEET = 256
 
 STICKING: dict[str, Any] = {"start": "stick_slip", "load_steps": []}
 """The reset options of an episode from developed stick-slip at a constant normal force."""
@@ -24,7 +27,8 @@ class Suite:
     """Rigs to face. `groups` lists how many rigs share which reset options, in the rigs' order.
 
     `env` holds the arguments of the environment that the suite sets (noise, delay, slew limit); rig i
-    has the seed `first_seed` + i. `scales` are those of the rig that all share.
+    has the seed `first_seed` + i. `scales` are those of the rig that all share, or of the nominal one of a fleet.
+    `env_id` is the environment whose sensors are meant, where that is not open.
     """
 
     name: str
@@ -34,6 +38,7 @@ class Suite:
     env: Mapping[str, Any] = field(default_factory=dict)
     first_seed: int = EVALUATION_SEEDS.start
     scales: Scales = field(default_factory=Scales)
+    env_id: str | None = None
 
     @property
     def rigs(self) -> int:
@@ -63,6 +68,8 @@ class Suite:
         groups = [[count, {name: _plain(value) for name, value in options.items()}] for count, options in self.groups]
         env = {name: _plain(value) for name, value in self.env.items()}
         scenario = {name: _plain(value) for name, value in asdict(self.scenario).items()}
+        if self.scenario.rigs is None:
+            del scenario["rigs"]
         return {
             "description": self.description,
             "rigs": self.rigs,
@@ -119,14 +126,33 @@ def degraded_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     )
 
 
+def unknown_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
+    """Rigs whose string, inertias and friction are anything from half to twice the nominal, and motors 10 % off."""
+    return _of_fleet("unknown", "rigs that nobody knows", UNKNOWN, (1, 2), rigs, scales)
+
+
+def unknown_hard_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
+    """As `unknown`, within a factor of 3 and with up to twice the delay."""
+    spread = {**dict.fromkeys(UNKNOWN, 3.0), "motor": UNKNOWN["motor"]}
+    return _of_fleet("unknown_hard", "rigs that nobody knows at all, seen late", spread, (1, 4), rigs, scales)
+
+
 SUITES: dict[str, Callable[[int, Scales], Suite]] = {
     "chapter": chapter_suite,
     "default": default_suite,
     "wide": wide_suite,
     "load": load_suite,
     "degraded": degraded_suite,
+    "unknown": unknown_suite,
+    "unknown_hard": unknown_hard_suite,
 }
 """Every suite by name, in the order of the results."""
+
+OF_ONE_RIG = tuple(name for name in SUITES if not name.startswith("unknown"))
+"""The suites whose episodes all have the same rig."""
+
+DRAWS = 16
+"""Episodes of each rig of a fleet."""
 
 
 def suite(name: str, rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
@@ -139,6 +165,21 @@ def suite(name: str, rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     if rigs < 1:
         raise refuse(f"suite {name}", "rigs", rigs, "", ">= 1")
     return SUITES[name](rigs, scales)
+
+
+def _of_fleet(
+    name: str, what: str, spread: Mapping[str, float], delay: tuple[int, int], rigs: int, scales: Scales
+) -> Suite:
+    """Episodes of a fleet that nothing is trained or tuned on: at most 256 rigs, DRAWS of each."""
+    count = min(rigs, _LARGEST_FLEET)
+    fleet = Fleet.around(spread=spread, count=count, seed=EVALUATION_FLEETS.start)
+    scenario = replace(Scenario.named("default", scales), spread=0.0, rigs=fleet)
+    options = {**STICKING, "rig": np.repeat(np.arange(count), DRAWS)}
+    env = {"noise": 1.0, "delay": delay}
+    groups = ((count * DRAWS, options),)
+    return Suite(
+        name, f"{what}, {DRAWS} draws of each", scenario, groups, env, scales=scales, env_id="DrillRigUnknown-v0"
+    )
 
 
 def _sticking(rigs: int) -> tuple[tuple[int, dict[str, Any]], ...]:

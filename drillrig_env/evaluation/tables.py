@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.evaluation.scores import HARDNESS_EDGES
-from drillrig_env.evaluation.statistics import Estimate, difference, mean, median, over_seeds, rate
+from drillrig_env.evaluation.statistics import Estimate, difference, mean, median, over_rigs, over_seeds, rate
 
 Scores = Mapping[str, npt.NDArray[Any]]
 
@@ -45,6 +45,8 @@ class Column:
         chosen = self.chosen(scores)
         values, seeds = scores[self.score][chosen], scores["seed"][chosen]
         names = np.unique(seeds)
+        if len(names) < 2 and scores["rig"].any():
+            return over_rigs(values, scores["rig"][chosen], self.statistic)
         if len(names) < 2:
             return self.statistic(values)
         plain = _PLAIN[self.statistic]
@@ -132,14 +134,17 @@ def estimates(scores: Scores, columns: tuple[Column, ...] = MAIN.columns) -> Row
 def differences(scores: Scores, reference: Scores) -> Row:
     """Paired differences of one policy from a reference on the same rigs, for each of DIFFERENCES.
 
-    Over rigs; where the policy has several training seeds, over seeds (interquartile mean of each
-    seed's mean difference). A reference with several seeds counts as their mean on each rig.
+    Over rigs, those of a fleet with all of their episodes; where the policy has several training seeds, over seeds
+    (interquartile mean of each seed's mean difference). A reference with several seeds counts as their mean on each
+    rig.
     """
     row = {}
     for column in DIFFERENCES.columns:
         theirs = by_rig(reference, column.score).mean(axis=0)
         ours = by_rig(scores, column.score)
-        if len(ours) == 1:
+        if len(ours) == 1 and scores["rig"].any():
+            row[column.heading] = over_rigs(ours[0] - theirs, scores["rig"], mean)
+        elif len(ours) == 1:
             row[column.heading] = difference(ours[0], theirs)
         else:
             row[column.heading] = over_seeds((ours - theirs).mean(axis=1), ours.size)

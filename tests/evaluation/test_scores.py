@@ -28,6 +28,8 @@ def episode(lowest, highest, average, target=2.0, **changes):
         "speed_reference": np.full((1, steps), 2.0),
         "top_speed": np.full((1, steps), 2.0),
         "reward": np.full((1, steps), -0.25),
+        "rigs": (Rig(),),
+        "place": np.zeros(1, dtype=np.intp),
     }
     return Episodes(**{**values, **changes})
 
@@ -109,7 +111,7 @@ def test_shares_and_costs_are_those_of_the_whole_episode():
 
 
 def test_steady_torque_of_the_peak_carries_the_collars_too():
-    result = scored(*CALM, task=Task(rig=Rig(T_r2=0.1)))
+    result = scored(*CALM, rigs=(Rig(T_r2=0.1),))
     assert result["peak_torque"] == pytest.approx(1.0 / (Friction(20.0).torque(Rig(), 2.0) + 0.1))
 
 
