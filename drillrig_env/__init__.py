@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from drillrig_env.env.sensors import observation_table
     from drillrig_env.env.task import Task
     from drillrig_env.friction import Friction
+    from drillrig_env.friction.own import Law
     from drillrig_env.rig import Rig
     from drillrig_env.simulation import Simulation, simulate
     from drillrig_env.stepper.batch import simulate_batch
@@ -43,6 +44,7 @@ __all__ = [
     "Drive",
     "Fleet",
     "Friction",
+    "Law",
     "Reward",
     "Rig",
     "Scenario",
@@ -61,6 +63,7 @@ _PLACES = {
     "Drive": "drillrig_env.drive",
     "Fleet": "drillrig_env.fleet",
     "Friction": "drillrig_env.friction",
+    "Law": "drillrig_env.friction.own",
     "Reward": "drillrig_env.env.reward",
     "Rig": "drillrig_env.rig",
     "STARTS": "drillrig_env.env.scenario",

@@ -107,12 +107,12 @@ def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) ->
 
 
 def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
-    """Stuck rigs just before break-loose: discs still, shafts twisted by N_1 r_1 mu_s, the drive as in steady rotation.
+    """Stuck rigs just before break-loose: discs still, shafts twisted by it, the drive as in steady rotation.
 
     Shapes of `speed_reference` (rad/s) and the friction's fields broadcast; the result has shape (..., 7).
     """
     states = steady_state(rig, friction, speed_reference)
-    torque = np.asarray(friction.normal_force) * rig.r_1 * friction.mu_s
+    torque = friction.break_loose(rig)
     states[..., 0] = -torque / rig.k_1
     states[..., 1] = -(torque + rig.T_r2) / rig.k_2
     states[..., 2] = states[..., 3] = 0.0

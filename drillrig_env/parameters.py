@@ -44,13 +44,22 @@ def parameter(
     *,
     factory: Callable[[], Any] | None = None,
     none: str = "",
+    optional: bool = False,
 ) -> Any:
     """A dataclass field that is documented: its default, unit, meaning, source and what is allowed.
 
     `allowed` is a kind of `drillrig_env.allowed` (default: any finite number). `factory` makes the default anew for
-    every record. Where None is allowed, `none` says in words what it stands for, such as "as normal_force".
+    every record. Where None is allowed, `none` says in words what it stands for, such as "as normal_force". A file
+    may leave out what is `optional`.
     """
-    metadata = {"unit": unit, "meaning": meaning, "source": source, "allowed": allowed or Allowed(), "none": none}
+    metadata = {
+        "unit": unit,
+        "meaning": meaning,
+        "source": source,
+        "allowed": allowed or Allowed(),
+        "none": none,
+        "optional": optional,
+    }
     if factory is not None:
         return field(default_factory=factory, metadata=metadata)
     return field(default=default, metadata=metadata)

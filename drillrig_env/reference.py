@@ -10,12 +10,13 @@ from scipy.integrate import ode, solve_ivp
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Contact, Friction
-from drillrig_env.friction.law import torque_in_zone, zone_of
+from drillrig_env.friction.law import edges_of, torque_in_zone, zone_of
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.rig import Rig
 
 _torque_in_zone = torque_in_zone.py_func  # type: ignore[attr-defined]
 _zone_of = zone_of.py_func  # type: ignore[attr-defined]
+_edges_of = edges_of.py_func  # type: ignore[attr-defined]
 
 
 def vode(
@@ -38,7 +39,7 @@ def vode(
 
     def rates(_t: float, x: FloatArray) -> list[float]:
         x_3 = float(x[2])
-        torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s), x_3, contact)
+        torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s, contact.knee), x_3, contact)
         return state_equations(x.tolist(), speed_reference, torque, rig)
 
     solver = ode(rates).set_integrator(
@@ -73,7 +74,7 @@ def radau(
     offset = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
     states = np.empty((len(times) - 1, 7))
     time, x, done = float(times[0]), np.asarray(state, dtype=float), 0
-    zone = _zone_of(float(x[2]), rig.omega_s)
+    zone = _zone_of(float(x[2]), rig.omega_s, contact.knee)
     while done < len(states):
 
         def rates(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
@@ -84,8 +85,8 @@ def radau(
             full[2, 2] += to_rates[2] * _torque_in_zone(zone, float(x[2]), contact)[1]
             return full
 
-        edges = {0: (-1, 1), 1: (1,), -1: (-1,)}[zone]
-        events = [_Edge(side * rig.omega_s, direction=side if zone == 0 else -side) for side in edges]
+        edges = _edges(zone, contact)
+        events = [_Edge(speed, direction) for speed, direction, _ in edges]
         piece = solve_ivp(
             rates,
             (time, times[-1]),
@@ -105,9 +106,22 @@ def radau(
         if piece.t_events is not None and piece.y_events is not None and piece.status == 1:
             hit = next(k for k in range(len(edges)) if piece.t_events[k].size)
             time, x = float(piece.t_events[hit][0]), np.array(piece.y_events[hit][0])
-            x[2] = edges[hit] * rig.omega_s
-            zone = edges[hit] if zone == 0 else 0
+            x[2], _, zone = edges[hit]
     return states
+
+
+def _edges(zone: int, contact: Contact) -> list[tuple[float, float, int]]:
+    """The ends of a piece of the law: speed (rad/s), the direction in which it is passed, and the piece beyond."""
+    (low, high), flat = _edges_of(zone, contact.omega_s, contact.knee), contact.knee <= contact.omega_s
+    if zone == 0:
+        return [(side * high, side, 2 * side if flat else side) for side in (-1, 1)]
+    side = 1 if zone > 0 else -1
+    below = side if abs(zone) == 2 and not flat else 0
+    return [
+        (side * speed, direction * side, beyond)
+        for speed, direction, beyond in ((low, -1, below), (high, 1, 2 * side))
+        if np.isfinite(speed)
+    ]
 
 
 def _plain_contact(rig: Rig, friction: Friction, speed_reference: float) -> Contact:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import Field, fields
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from drillrig_env.files import write_text
 from drillrig_env.parameters import checked, closest, default_of, refuse
@@ -42,23 +45,23 @@ def write_section(instance: Any, path: str | Path, section: str) -> None:
 
 
 def section_text(instance: Any, section: str) -> str:
-    """A record of plain numbers as the text of a TOML table: a line a field, with meaning, unit and source."""
+    """A record of numbers and names as the text of a TOML table: a line a field, with meaning, unit and source."""
     lines = [f"[{section}]"]
     for item in fields(instance):
         meta = item.metadata
         unit = f" [{meta['unit']}]" if meta["unit"] else ""
-        lines.append(
-            f"{item.name} = {float(getattr(instance, item.name))!r}  # {meta['meaning']}{unit} ({meta['source']})"
-        )
+        value = getattr(instance, item.name)
+        shown = repr(float(value)) if np.asarray(value).dtype.kind in "iuf" else json.dumps(str(value))
+        lines.append(f"{item.name} = {shown}  # {meta['meaning']}{unit} ({meta['source']})")
     return "\n".join(lines) + "\n"
 
 
 def read_section(path: str | Path, section: str, record: type[T]) -> T:
     """Read `[section]` of a TOML file as a record.
 
-    Every key must be there and no other, since a forgotten one would silently be the chapter's; a table that says
-    `base = "chapter"` holds changes to the chapter's values. Raises `ValueError` that names the file and the key,
-    the value, its unit and what is allowed; `FileNotFoundError` where there is no such file.
+    Every key must be there (but for optional ones) and no other, since a forgotten one would silently be the chapter's;
+    a table that says `base = "chapter"` holds changes to the chapter's values. Raises `ValueError` that names the file
+    and the key, the value, its unit and what is allowed; `FileNotFoundError` where there is no such file.
     """
     try:
         tables = tomllib.loads(Path(path).read_text(encoding="utf-8"))
@@ -78,7 +81,7 @@ def read_section(path: str | Path, section: str, record: type[T]) -> T:
         raise ValueError(f'{where}: {_BASE} = {base!r} is not known; allowed: {_BASE} = "{_CHAPTER}", or every key')
     read = _with_changes(record, where, values)
     for item in fields(record):  # type: ignore[arg-type]
-        if item.name not in values and base is None:
+        if item.name not in values and base is None and not item.metadata["optional"]:
             raise ValueError(
                 f"{where}: the key {item.name} is missing: {_expected(item)}; "
                 f'with {_BASE} = "{_CHAPTER}" in the table, keys that are missing are the chapter\'s'

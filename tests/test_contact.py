@@ -4,6 +4,7 @@ import numpy as np
 
 from drillrig_env import Friction, Rig
 from drillrig_env.friction import CONTACT, Contact
+from drillrig_env.friction.contact import EXPONENTIAL
 from drillrig_env.friction.law import contacts_of, press, torque_in_zone, zone_of
 
 RIG = Rig(r_1=0.05, omega_s=2e-3)
@@ -12,7 +13,7 @@ RIG = Rig(r_1=0.05, omega_s=2e-3)
 def test_record_holds_torques_decay_stick_zone_and_speed_reference():
     (record,) = Friction(20.0, 0.6, 0.3, 1.2).contacts(RIG, 2.5)
     contact = Contact(*record.item())
-    np.testing.assert_allclose(contact, (0.6, 0.3, 1.2, 2e-3, 2.5), rtol=1e-15)
+    np.testing.assert_allclose(contact, (0.6, 0.3, 1.2, 2e-3, 2.5, np.inf, 1.0, 0.6, 0.3, EXPONENTIAL), rtol=1e-15)
     assert (contact.static, contact.omega_s) == (record["static"], record["omega_s"])
 
 
@@ -27,15 +28,15 @@ def test_batch_has_a_record_a_rig():
 def test_kernels_press_the_pin_as_friction_does():
     (record,) = Friction(20.0, 0.6, 0.3, 1.2).contacts(RIG, 2.5)
     pressed = np.zeros(1, dtype=CONTACT)
-    pressed["omega_s"], pressed["speed_reference"] = 2e-3, 2.5
-    press.py_func(pressed.view(np.recarray)[0], 20.0, 0.6, 0.3, 1.2, RIG.r_1)
+    pressed["speed_reference"] = 2.5
+    press.py_func(pressed.view(np.recarray)[0], 20.0, 0.6, 0.3, 1.2, RIG.r_1, 2e-3, EXPONENTIAL)
     assert pressed[0] == record
 
 
 def test_law_is_the_same_for_plain_numbers_and_for_arrays():
     friction, speeds = Friction(20.0), np.array([-3.0, -1e-4, 0.0, 1e-3, 2e-3, 4.0])
     contact = Contact(*friction.contacts(RIG, 0.0)[0].item())
-    pairs = [torque_in_zone.py_func(zone_of.py_func(x_3, RIG.omega_s), x_3, contact) for x_3 in speeds]
+    pairs = [torque_in_zone.py_func(zone_of.py_func(x_3, RIG.omega_s, contact.knee), x_3, contact) for x_3 in speeds]
     np.testing.assert_allclose(friction.torque(RIG, speeds), [torque for torque, _ in pairs], rtol=1e-14)
     np.testing.assert_allclose(friction.slope(RIG, speeds), [slope for _, slope in pairs], rtol=1e-14)
 

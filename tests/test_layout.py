@@ -21,6 +21,7 @@ FLOORS = [
         "progress",
         "starting",
         "moved",
+        "modules",
         "jit",
     ],
     ["rig"],

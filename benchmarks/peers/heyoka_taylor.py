@@ -60,7 +60,7 @@ def follow(pieces: dict[int, Any], times: FloatArray) -> FloatArray:
     """The motion through one piece after the other."""
     states = np.empty((len(times), 7))
     states[0] = x = START
-    piece, time, done = zone_of(float(START[2]), RIG.omega_s), float(times[0]), 1
+    piece, time, done = zone_of(float(START[2]), RIG.omega_s, np.inf), float(times[0]), 1
     while done < len(times):
         solver = pieces[piece]
         solver.time, solver.state[:] = time, x

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from math import floor, log10
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -102,10 +103,12 @@ def draw_speeds(canvas: pygame.Surface, axes: Axes, times: FloatArray, speeds: F
     _line(canvas, INK, axes.places(axes.x, target), 4, dashed=True)
 
 
-def paint_map(ground: pygame.Surface, fonts: Fonts, axes: Axes, rig: Rig, mu_s: float, mu_k: float, v_b: float) -> None:
+def paint_map(
+    ground: pygame.Surface, fonts: Fonts, axes: Axes, rig: Rig, mu_s: float, mu_k: float, v_b: float, law: Any
+) -> None:
     """Below the critical speed stick-slip, beyond the fold calm rotation, and between them either."""
     box = axes.box
-    forces, critical, fold = _boundaries(rig, mu_s, mu_k, v_b, axes.y[1])
+    forces, critical, fold = _boundaries(rig, mu_s, mu_k, v_b, law, axes.y[1])
     pygame.draw.rect(ground, _CALM, box)
     for color, speeds in ((_EITHER, fold), (_STICK_SLIP, critical)):
         pygame.draw.polygon(ground, color, [box.bottomleft, *axes.places(speeds, forces), box.topleft])
@@ -143,12 +146,12 @@ def write(surface: pygame.Surface, font: pygame.font.Font, text: str, at: Point,
 
 @lru_cache(maxsize=32)
 def _boundaries(
-    rig: Rig, mu_s: float, mu_k: float, v_b: float, most: float
+    rig: Rig, mu_s: float, mu_k: float, v_b: float, law: Any, most: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Normal forces up to `most` (N), and for each the critical speed and the fold (rad/s), infinite off the map."""
     forces = np.linspace(most / 60, most, 60)
-    critical = np.array([_critical(rig, Friction(force, mu_s, mu_k, v_b)) for force in forces.tolist()])
-    fold = np.array([_fold(rig, Friction(force, mu_s, mu_k, v_b)) for force in forces.tolist()])
+    critical = np.array([_critical(rig, Friction(force, mu_s, mu_k, v_b, law=law)) for force in forces.tolist()])
+    fold = np.array([_fold(rig, Friction(force, mu_s, mu_k, v_b, law=law)) for force in forces.tolist()])
     return forces, critical, np.fmax(critical, fold)  # where there is no bistable region, the fold is NaN
 
 

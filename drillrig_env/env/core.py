@@ -23,9 +23,10 @@ from drillrig_env.env.starts import begin_episodes
 from drillrig_env.env.state import EnvironmentState
 from drillrig_env.env.task import Task, TaskLike
 from drillrig_env.friction import Friction
+from drillrig_env.friction.law import number_of
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
-from drillrig_env.parameters import checked
+from drillrig_env.parameters import checked, refuse
 from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.tables import SAMPLES
@@ -81,6 +82,7 @@ class EpisodeBatch(PlaysTask):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self._bank = RigBank.of(self._task, state["_bank"])
+        self._write_settings()  # a law of the user's own lies elsewhere in another process
 
     @property
     def rigs(self) -> np.ndarray:
@@ -96,7 +98,10 @@ class EpisodeBatch(PlaysTask):
     def change(self, **fields: Any) -> None:
         """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
         check_changeable(fields)
-        task = replace(self._task, **fields)
+        task, law = replace(self._task, **fields), self._task.scenario.friction.law
+        if task.scenario.friction.law != law:
+            allowed = f"{law!r}, that of the episodes under way; make an environment for another"
+            raise refuse("DrillRig", "law of the scenario's friction", repr(task.scenario.friction.law), "", allowed)
         bank, places = self._bank.moved(task, self.episodes["rig"][~self.ended])
         self._task = task
         self._move(bank, places)
@@ -214,7 +219,8 @@ class EpisodeBatch(PlaysTask):
     @property
     def friction(self) -> Friction:
         """The friction of all rigs as it is now, a batch that stays as it is."""
-        return Friction(*(self.episodes[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+        columns = (self.episodes[name].copy() for name in ("normal_force", "mu_s", "mu_k", "v_b"))
+        return Friction(*columns, law=self._task.scenario.friction.law)
 
     def info(self) -> dict[str, npt.NDArray[Any]]:
         """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""
@@ -251,6 +257,7 @@ class EpisodeBatch(PlaysTask):
         period, scales = task.control_period, task.scales
         self._speed_scale = scales.speed
         values = {
+            "law": number_of(task.scenario.friction.law),
             "control_period": period,
             "largest_reference": task.largest_reference,
             "stuck_speed": STUCK_SPEED * scales.speed,

@@ -63,6 +63,7 @@ EPISODE = np.dtype(
 )
 SETTINGS = np.dtype(
     [
+        ("law", "i8"),  # of friction, as in CONTACT
         ("control_period", "f8"),  # s
         ("largest_reference", "f8"),  # rad/s
         ("stuck_speed", "f8"),  # below which the bit counts as stuck, rad/s
@@ -188,8 +189,8 @@ def _hold(
 ) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
     x, y, contact = episode.state, work.y, work.contact
-    press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, plant.r_1)
-    contact.omega_s, contact.speed_reference = plant.omega_s, episode.speed_reference
+    press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, plant.r_1, plant.omega_s, s.law)
+    contact.speed_reference = episode.speed_reference
     top_speed, error_integral = x[4], x[6]
     from_equilibrium(x, contact, shift, y)
     advance(y, contact, rungs, sampling, work, True, UNITS)

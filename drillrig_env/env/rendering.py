@@ -253,7 +253,8 @@ class RigPicture:
         ground.fill(PAPER)
         for disc in _DISCS:
             write(ground, self._fonts.large, disc.name, (_BESIDE, disc.y), "bottomleft", disc.color)
-        friction = (float(self._record[name]) for name in ("mu_s", "mu_k", "v_b"))
+        mu_s, mu_k, v_b = (float(self._record[name]) for name in ("mu_s", "mu_k", "v_b"))
+        friction = mu_s, mu_k, v_b, self._task.scenario.friction.law
         charts.paint_map(ground, self._fonts, self._map, self._task.rig, *friction)
         charts.paint_speeds(ground, self._fonts, self._chart)
         return ground

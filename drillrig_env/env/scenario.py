@@ -16,6 +16,7 @@ from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.fleet import Fleet
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, parameter, refuse
+from drillrig_env.rig import Rig
 from drillrig_env.scales import Scales
 from drillrig_env.toml import record_of
 
@@ -198,7 +199,8 @@ class Scenario:
             times[:, 0] = np.where(u[7] < self.load_step, _between(self.load_time, u[8]) * duration, np.inf)
             forces[:, 0] = _between(self.load_force or self.normal_force, u[9])
         target = drawn.pop("speed_target")
-        return Draws(rig, target, Friction(**drawn), start, u[6], times, forces, delay=u[10], noise=u[11])
+        friction = Friction(**drawn, law=self.friction.law)
+        return Draws(rig, target, friction, start, u[6], times, forces, delay=u[10], noise=u[11])
 
     def _friction_of(self, rig: np.ndarray, rig_friction: FloatArray) -> tuple[Quantity, Quantity, Quantity]:
         """mu_s, mu_k and v_b of the rigs, before the episode's own draws."""
@@ -318,6 +320,8 @@ def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
 
 def _slope(draws: Draws) -> FloatArray:
     """How fast friction falls with speed at the target, N m s/rad but for a factor that all draws share."""
+    if draws.friction.law != "exponential":
+        return np.asarray(draws.friction.slope(Rig(), draws.speed_target))
     force, mu_s, mu_k, v_b = draws.friction.as_array().T
     return np.asarray(-force * (mu_s - mu_k) * v_b * np.exp(-v_b * draws.speed_target))
 

@@ -37,7 +37,7 @@ def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, bank: RigBank
     fresh["state"][rest, :7] = frictionless_state(bank.parameters(draws.rig[rest]), np.zeros(rest.sum()))
     fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
     fresh["string_torque"] = fresh["torque_mean"] = _estimate(bank, fresh)
-    _settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws.phase, settings, bank, threads)
+    _settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws, settings, bank, threads)
     _hand_over(task, bank, fresh)
     fresh["torque_into_string"] = torque_into_string(rig, fresh["state"][:, :7])
     return fresh
@@ -55,7 +55,7 @@ def _estimate(bank: RigBank, episodes: np.ndarray) -> FloatArray:
 def _settle(
     fresh: np.ndarray,
     indices: npt.NDArray[np.intp],
-    phase: FloatArray,
+    draws: Draws,
     settings: np.ndarray,
     bank: RigBank,
     threads: int,
@@ -64,9 +64,10 @@ def _settle(
     if len(indices) == 0:
         return
     cycling = fresh[indices]
-    friction = Friction(*(cycling[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+    columns = (cycling[name] for name in ("normal_force", "mu_s", "mu_k", "v_b"))
+    friction = Friction(*columns, law=draws.friction.law)
     cycling["state"][:, :7] = wound_up(bank.parameters(cycling["rig"]), friction, cycling["speed_target"])
-    phases, tables = phase[indices], bank.start_tables
+    phases, tables = draws.phase[indices], bank.start_tables
 
     def settle(part: slice) -> None:
         settle_episodes(

@@ -79,7 +79,7 @@ def describe_fleet(
     parts: list[tuple[npt.NDArray[np.intp], dict[str, npt.NDArray[np.generic]]]] = []
     for k in np.unique(place):
         chosen = np.flatnonzero(place == k)
-        rig, own, at = rigs[k], Friction(*table[chosen].T), target[chosen]
+        rig, own, at = rigs[k], Friction(*table[chosen].T, law=friction.law), target[chosen]
         described = describe(rig, own, at) if len(rigs) == 1 else _describe_without_fold(rig, own, at)
         torque = torque_into_string(rig, steady_state(rig, own, at))
         parts.append((chosen, {**described, "steady_torque": torque}))
@@ -139,7 +139,7 @@ def folds(rig: Rig, friction: Friction) -> FloatArray:
     try:
         return np.atleast_1d(end_of_stick_slip(rig, friction).speed)
     except (ValueError, FloatingPointError):
-        return np.array([_fold(rig, Friction(*one)) for one in friction.as_array().tolist()])
+        return np.array([_fold(rig, one) for one in friction.each()])
 
 
 def _fold(rig: Rig, friction: Friction) -> float:

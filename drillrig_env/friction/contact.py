@@ -6,20 +6,32 @@ numbers, for Python code that evaluates the law time and again.
 
 from __future__ import annotations
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
+
+EXPONENTIAL, GAUSSIAN, LINEAR = 0, 1, 2
+"""Laws that the kernels know, as the field `law`; any other number is the address of a law in machine code."""
+
+LAWS = ("exponential", "gaussian", "linear")
+"""Their names, in this order."""
 
 
 class Contact(NamedTuple):
     """The contact of one rig: what its friction torque depends on besides the bit speed, and its speed reference."""
 
-    static: float  # N_1 r_1 mu_s, N m
+    static: float  # torque at omega_s that the straight line of (4-9) leads up to, N m
     kinetic: float  # N_1 r_1 mu_k, N m
     v_b: float  # s/rad
     omega_s: float  # rad/s
     speed_reference: float  # omega_ref, rad/s
+    knee: float = inf  # rad/s, where a linear fall meets its floor
+    load: float = 0.0  # N_1 r_1, N m
+    mu_s: float = 0.0
+    mu_k: float = 0.0
+    law: int = EXPONENTIAL
 
 
-CONTACT = np.dtype([(name, "f8") for name in Contact._fields], align=True)
+CONTACT = np.dtype([(name, "i8" if name == "law" else "f8") for name in Contact._fields], align=True)
 """`Contact` as a record."""

@@ -1,4 +1,4 @@
-"""Draw the chapter's figures 4.1 to 4.13 and the bistable region, each with its caption, for a rig.
+"""Draw the chapter's figures 4.1 to 4.13, the bistable region and other laws of friction, each with its caption.
 
   drillrig figures                              # all of them, as PNG and SVG, into figures/
   drillrig figures --only 4.12 4.13 --format svg --output paper

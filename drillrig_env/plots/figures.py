@@ -1,4 +1,4 @@
-"""The figures of the chapter from the project's own code, each with a caption; and the bistable region.
+"""The figures of the chapter from the project's own code, with captions; beyond it the bistable region and other laws.
 
 >>> from drillrig_env.plots.figures import draw
 >>> draw("4.10").caption[:12]
@@ -17,6 +17,7 @@ from drillrig_env.parameters import closest
 from drillrig_env.plots.bifurcations import bistable_region, diagram_at_a_larger_force, diagram_with_orbits
 from drillrig_env.plots.friction_curves import friction_laws, stability_on_the_friction_curve
 from drillrig_env.plots.local_stability import eigenvalue_crossing, equilibrium_branches, torsional_vibration_map
+from drillrig_env.plots.other_laws import laws_and_borders
 from drillrig_env.plots.own_rig import differences
 from drillrig_env.plots.style import Picture, add_caption, look, save
 from drillrig_env.plots.time_responses import (
@@ -45,6 +46,7 @@ FIGURES: Mapping[str, Callable[[Rig], Picture]] = {
     "4.12": diagram_with_orbits,
     "4.13": diagram_at_a_larger_force,
     "bistable": bistable_region,
+    "laws": laws_and_borders,
 }
 """What draws each figure, by the chapter's number."""
 
@@ -64,7 +66,7 @@ def draw(name: str, rig: RigLike = None) -> Picture:
     rig = Rig.of(rig)
     with look():
         drawn = FIGURES[name](rig)
-        lead = "" if name == "bistable" else f"Figure {name}. "
+        lead = "" if name in ("bistable", "laws") else f"Figure {name}. "
         if changed := differences(rig):
             lead += f"For a rig with {changed}: "
         picture = Picture(drawn.figure, lead + drawn.caption)

@@ -11,7 +11,7 @@ Trained agents are found where the project's clone is at hand.
 from __future__ import annotations
 
 import hashlib
-import importlib.util
+import importlib
 import inspect
 import sys
 from collections.abc import Callable, Mapping
@@ -21,6 +21,7 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
+from drillrig_env.modules import load_module
 from drillrig_env.parameters import closest
 from drillrig_env.policy.contract import Policy
 from drillrig_env.policy.home import AtHome
@@ -140,19 +141,8 @@ def context_of(task: Any) -> dict[str, Any]:
 
 def load_class(file: Path, name: str) -> type:
     """A class from a Python file, which may import from its own folder. `UnknownPolicyError` for none of that name."""
-    place = file.resolve()
-    module_name = f"{file.stem}_{hashlib.sha256(str(place).encode()).hexdigest()[:8]}"  # hides no other module
-    spec = importlib.util.spec_from_file_location(module_name, place)
-    if spec is None or spec.loader is None:
-        raise ValueError(f"{file} is not a Python file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
-    sys.path.insert(0, str(place.parent))
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        sys.path.remove(str(place.parent))
-    classes = [key for key, value in vars(module).items() if getattr(value, "__module__", None) == module_name]
+    module = load_module(file)
+    classes = [key for key, value in vars(module).items() if getattr(value, "__module__", None) == module.__name__]
     classes = [key for key in classes if inspect.isclass(getattr(module, key))]
     if name not in classes:
         raise UnknownPolicyError(f"{file} has no class {name!r}; {closest(name, classes)}")

@@ -118,8 +118,8 @@ def bifurcation_diagram(
         p1, p2 = Branch("p1", nothing, why, why), Branch("p2", nothing, why, why)
         return Diagram(rig, friction, equilibria(rig, friction, grid), p1, p2, hopf, {})
     special = {point.label: point.speed_reference for point in hopf}
-    special["fold"] = float(fold_speed(rig, friction))
-    if end.kind != "grazing":
+    special["fold"] = float(fold_speed(rig, friction) if friction.law == "exponential" else end.speed)
+    if end.kind != "grazing" and friction.law == "exponential":
         special["end"] = float(end.speed)
     grid = np.unique(np.concatenate([grid, [point.speed_reference for point in hopf if point.label == "H2"]]))
     p1 = sticking_branch(rig, friction, _towards(speeds[0], float(end.speed), points))
@@ -137,8 +137,10 @@ def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
         try:
             orbits.append(stick_slip_orbit(rig, friction, float(speed), guess))
         except NoOrbitError as error:
-            ends = f"{error}"
-            break
+            if orbits:
+                ends = f"{error}"
+                break
+            begins = f"the lowest of the speeds asked for with such an orbit; {error}"
     end = end_of_stick_slip(rig, friction)
     if orbits and orbits[-1].speed_reference > float(end.speed) * (1.0 - 2.0 * _SHORT_OF_THE_FOLD):
         ends = _WORDS[str(end.kind)]
@@ -148,9 +150,13 @@ def sticking_branch(rig: Rig, friction: Friction, speeds: FloatArray) -> Branch:
 def slipping_branch(rig: Rig, friction: Friction, points: int = 120) -> Branch:
     """p2 from the Hopf point H2 to the fold, equally spaced in its depth; empty where there is no fold."""
     friction = friction.single()
-    fold = float(fold_speed(rig, friction))
+    fold, why = np.nan, "not followed: orbits that slip all the time are known for the exponential law alone"
+    if friction.law == "exponential":
+        fold, why = (
+            float(fold_speed(rig, friction)),
+            "no orbit slips all the time: friction falls within the stick zone",
+        )
     if np.isnan(fold):
-        why = "no orbit slips all the time: friction falls within the stick zone"
         return Branch("p2", np.zeros(0, dtype=ORBIT), why, why)
     deepest = float(friction.v_b) * (fold - rig.omega_s)
     depths = np.linspace(0.0, deepest, points + 1)[1:]
@@ -171,14 +177,14 @@ def force_diagram(
     `NoOrbitError` where the largest N_1 brings no stick-slip.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
-    largest = float(friction.normal_force)
+    largest, load = float(friction.normal_force), float(load_of(rig, friction))
     fold = float(fold_speed(rig, friction))
     if not speed_reference < fold:
         raise NoOrbitError(f"no orbit up to {largest:g} N at {speed_reference:g} rad/s: the fold is {fold:.6g} rad/s")
     v_b = float(friction.v_b)
     family = family_for(rig, friction)
     depths = np.linspace(0.0, v_b * (speed_reference - rig.omega_s), points + 1)[1:]
-    excess = float(load_of(rig, friction)) - v_b * (speed_reference - rig.omega_s)
+    excess = load - v_b * (speed_reference - rig.omega_s)
     forces = largest * np.exp(family.guess(depths)[:, 0] - excess)
     slipping = [
         slipping_orbit_of_depth(family, replace(friction, normal_force=float(force)), float(depth))

@@ -52,7 +52,9 @@ class EndOfStickSlip:
 
     `kind` is "grazing" where the orbit no longer reaches the stick zone, at `fold_speed`; "fold" where it meets an
     unstable stick-slip orbit above that speed; "other" where it only loses its stability; "none", with NaN as `speed`,
-    where there is no stick-slip. Both have one entry a rig for a batch of frictions.
+    where there is no stick-slip. Under another law than the exponential one, of which the grazing orbit is not known,
+    it is "fold" also where the orbit turns back within a millionth of it. Both have one entry a rig for a batch of
+    frictions.
     """
 
     speed: Quantity
@@ -67,6 +69,8 @@ def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     is found.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
+    if friction.law != "exponential":
+        return _of_other_law(rig, friction)
     load, v_b = load_of(rig, friction), np.asarray(friction.v_b)
     family = _family(rig, float(np.max(load)))
     depth = family.grazing_depth(np.minimum(load, family.largest_load))
@@ -92,18 +96,31 @@ def _with_followed(
     depth: FloatArray,
 ) -> tuple[FloatArray, npt.NDArray[np.str_]]:
     """Speeds and kinds with those of open ends, each found by following its branch; `depth` NaN: no grazing orbit."""
-    rows, speeds, kinds = friction.as_array(), np.atleast_1d(speed), np.atleast_1d(kind)
+    frictions, speeds, kinds = friction.each(), np.atleast_1d(speed), np.atleast_1d(kind)
     depths = np.atleast_1d(depth)
     for i in np.flatnonzero(is_open):
-        one = Friction(*rows[i].tolist())
-        fold, may_graze = depths[i] / rows[i, 3] + rig.omega_s, bool(family.ends_stick_slip(depths[i]))
-        speeds[i], kinds[i] = _followed(rig, one, float(fold), may_graze)
-        if kinds[i] == "lost" or (kinds[i] == "none" and critical_speed(rig, one) > rig.omega_s):
-            raise ValueError(
-                f"end_of_stick_slip: N_1 = {one.normal_force} N is not allowed; "
-                "allowed: a load under which stick-slip is found and can be followed to its end"
-            )
+        one = frictions[i]
+        fold, may_graze = depths[i] / one.v_b + rig.omega_s, bool(family.ends_stick_slip(depths[i]))
+        speeds[i], kinds[i] = _checked(rig, one, _followed(rig, one, float(fold), may_graze))
     return speeds.reshape(speed.shape), kinds.reshape(kind.shape)
+
+
+def _of_other_law(rig: Rig, friction: Friction) -> EndOfStickSlip:
+    """The end of each friction's branch, followed from breaking loose on: no family of orbits says where it grazes."""
+    found = [_checked(rig, one, _followed(rig, one, np.nan, False)) for one in friction.each()]
+    if np.ndim(friction.break_loose(rig)) == 0:
+        return EndOfStickSlip(*found[0])
+    return EndOfStickSlip(np.array([speed for speed, _ in found]), np.array([kind for _, kind in found]))
+
+
+def _checked(rig: Rig, friction: Friction, found: tuple[float, str]) -> tuple[float, str]:
+    """What was found by following a branch. Raises `ValueError` where that led to no end."""
+    if found[1] == "lost" or (found[1] == "none" and critical_speed(rig, friction) > rig.omega_s):
+        raise ValueError(
+            f"end_of_stick_slip: N_1 = {friction.normal_force} N is not allowed; "
+            "allowed: a load under which stick-slip is found and can be followed to its end"
+        )
+    return found
 
 
 def _family(rig: Rig, load: float) -> SlippingOrbits:

@@ -24,7 +24,8 @@ from drillrig_env.model import steady_state
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.hurwitz import eigenvalues
 from drillrig_env.stability.impedance import impedance, mode_shape
-from drillrig_env.stability.stable_sets import Border, is_stable, slope_at_rest, stable_set, stable_speeds
+from drillrig_env.stability.slope_of_law import kinks_of, third_derivative
+from drillrig_env.stability.stable_sets import Border, is_stable, stable_set, stable_speeds
 
 EQUILIBRIUM = np.dtype(
     [
@@ -89,41 +90,45 @@ def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.
 def hopf_points(rig: RigLike, friction: FrictionLike) -> list[HopfPoint]:
     """Every border between stable and unstable speeds of one friction, rising; empty where there is none.
 
-    H1 is the kink at omega_s, where it is a border; H2, H3, ... are the borders above it.
+    H1 is the kink at omega_s, where it is a border; H2, H3, ... are the borders above it, the kink of a linear fall
+    among them.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
-    at_rest, v_b = float(slope_at_rest(rig, friction)), float(friction.v_b)
     ends = stable_speeds(rig, friction).ravel()
     borders = {border for interval in stable_set(rig) for border in interval if border.slope < 0.0}
     points: list[HopfPoint] = []
     number = 2
     for speed in ends[(ends > 0.0) & (ends < np.inf)].tolist():
-        if speed == rig.omega_s:
+        label = "H1" if speed == rig.omega_s else f"H{number}"
+        number += speed != rig.omega_s
+        if speed == rig.omega_s or speed in kinks_of(rig, friction):
             sign = 1.0 if speed in ends[1::2] else -1.0
-            points.append(HopfPoint("H1", speed, np.nan, sign * np.inf, np.nan))
+            points.append(HopfPoint(label, speed, np.nan, sign * np.inf, np.nan))
         else:
-            slope = -at_rest * np.exp(-v_b * speed)
+            slope = float(friction.slope(rig, speed))
             border = min(borders, key=lambda one: abs(one.slope - slope))
-            points.append(_hopf_point(rig, v_b, speed, border, f"H{number}"))
-            number += 1
+            points.append(_hopf_point(rig, friction, speed, border, label))
     return points
 
 
-def _hopf_point(rig: Rig, v_b: float, speed: float, border: Border, label: str) -> HopfPoint:
+def _hopf_point(rig: Rig, friction: Friction, speed: float, border: Border, label: str) -> HopfPoint:
     """A Hopf point by the projection method: Kuznetsov, Elements of Applied Bifurcation Theory, (5.62).
 
-    The only nonlinearity is T_r1(x_3) with the derivatives sigma, -v_b sigma and v_b^2 sigma. The middle term of (5.62)
-    vanishes: it holds the mean bit speed, on which the drive's integrator insists. With the impedance Z, an eigenvalue
-    is a zero of Z(lambda) + sigma, so that d lambda / d sigma = -1 / Z'(lambda), and the pair's product <p, b> q_3 is
-    the same number.
+    The only nonlinearity is T_r1(x_3), with the derivatives sigma, -v_b sigma and v_b^2 sigma by (4-7). The middle term
+    of (5.62) vanishes: it holds the mean bit speed, on which the drive's integrator insists. With the impedance Z, an
+    eigenvalue is a zero of Z(lambda) + sigma, so that d lambda / d sigma = -1 / Z'(lambda), and the pair's product
+    <p, b> q_3 is the same number.
     """
     sigma, frequency = border.slope, border.frequency
     Z, derivative = impedance(rig, 1j * frequency * np.array([1.0, 2.0]))
     shift = complex(-1.0 / derivative[0])
+    v_b = float(friction.v_b)
     second, third = -v_b * sigma, v_b**2 * sigma
+    if friction.law != "exponential":
+        second, third = float(friction.curvature(rig, speed)), third_derivative(rig, friction, speed)
     mode = mode_shape(rig, np.array(1j * frequency))
     share = 1.0 / float(np.linalg.norm(mode)) ** 2  # |q_3|^2 of the unit eigenvector
     cubic = third - second**2 / complex(Z[1] + sigma)
     coefficient = share * (shift * cubic).real / (2 * frequency)
-    crossing = shift.real * -v_b * sigma  # d slope / d omega_ref = -v_b sigma
+    crossing = shift.real * second
     return HopfPoint(label, speed, frequency, float(crossing), float(coefficient))

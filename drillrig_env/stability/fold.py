@@ -31,9 +31,13 @@ def fold_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     certain only by going past the end. NaN where friction is so weak that the critical speed is 0: no
     stick-slip, no bistable region. One entry a rig for a batch of frictions.
 
-    It is exact to 1e-7 rad/s; the true turning point lies about 1e-6 rad/s above it.
+    It is exact to 1e-7 rad/s; the true turning point lies about 1e-6 rad/s above it. Under another law than the
+    exponential one it is where the followed stick-slip orbit turns back, at grazing or before; `ValueError` where it
+    only loses its stability.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
+    if friction.law != "exponential":
+        return _followed_to_fold(rig, friction)
     load = load_of(rig, friction)
     bistable = np.asarray(critical_speed(rig, friction)) > rig.omega_s
     depth = family_for(rig, friction).grazing_depth(load)
@@ -41,8 +45,25 @@ def fold_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
 
 
+def _followed_to_fold(rig: Rig, friction: Friction) -> Quantity:
+    from drillrig_env.stability.end_of_stick_slip import end_of_stick_slip
+
+    end = end_of_stick_slip(rig, friction)
+    if np.any(np.asarray(end.kind) == "other"):
+        raise ValueError(
+            f"fold_speed: under the law {friction.law!r} stick-slip ends at {end.speed} rad/s without a fold, where it "
+            "loses its stability; see end_of_stick_slip"
+        )
+    return end.speed
+
+
 def load_of(rig: Rig, friction: Friction) -> FloatArray:
-    """ln(v_b N_1 r_1 (mu_s - mu_k)) - v_b omega_s, which decides how deep the grazing orbit is."""
+    """ln(v_b N_1 r_1 (mu_s - mu_k)) - v_b omega_s, which decides how deep the grazing orbit is.
+
+    Raises `ValueError` for another law than the exponential one, of which the orbits are no family of a rig's.
+    """
+    if friction.law != "exponential":
+        raise refuse("slipping orbits", "law", repr(friction.law), "", "'exponential'")
     drop = np.asarray(friction.normal_force) * rig.r_1 * (np.asarray(friction.mu_s) - friction.mu_k)
     with np.errstate(divide="ignore"):
         return np.asarray(np.log(drop * friction.v_b) - np.asarray(friction.v_b) * rig.omega_s)

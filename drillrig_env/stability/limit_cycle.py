@@ -44,10 +44,12 @@ def stick_slip_orbit(
 def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float) -> PeriodicOrbit:
     """The unstable orbit p2, which never sticks, between the critical speed and the fold.
 
-    Raises `NoOrbitError` outside that range, which the message states.
+    Raises `NoOrbitError` outside that range, which the message states, and `ValueError` for another law than the
+    exponential one.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)
+    load = float(load_of(rig, friction))
     hopf, fold = float(critical_speed(rig, friction)), float(fold_speed(rig, friction))
     if not hopf < speed_reference <= fold:
         raise NoOrbitError(
@@ -55,7 +57,7 @@ def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float)
             f"allowed: above the critical speed {hopf:.6g} and up to the fold {fold:.6g} rad/s"
         )
     v_b = float(friction.v_b)
-    log_gain = float(load_of(rig, friction)) + v_b * (rig.omega_s - speed_reference)
+    log_gain = load + v_b * (rig.omega_s - speed_reference)
     family = family_for(rig, friction)
     deepest = v_b * (fold - rig.omega_s)
     depth = brentq(

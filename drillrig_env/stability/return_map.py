@@ -66,8 +66,7 @@ class ReturnMap:
     @cached_property
     def _stick(self) -> tuple[FloatArray, FloatArray]:
         """The flow in the stick zone over the step of each rung, and the state that holds still there at 1 rad/s."""
-        units, static = units_of(self.rig), float(self.friction.normal_force) * self.rig.r_1 * float(self.friction.mu_s)
-        slope = static / self.rig.omega_s
+        units, slope = units_of(self.rig), float(self.friction.break_loose(self.rig)) / self.rig.omega_s
         scale = np.outer(units.states, 1.0 / units.states)
         M = jacobian(self.rig, slope) / scale * units.time
         flows, _ = doubled_steps(M, np.zeros(7), _PERIOD, np.ones(1), SHORTEST + 1)

@@ -22,6 +22,7 @@ from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stability.impedance import Polynomial, impedance_fraction
 from drillrig_env.stability.real_roots import positive_roots
+from drillrig_env.stability.slope_of_law import kinks_of, last_speed_at_slope, speeds_at_slope
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,9 @@ def stable_slopes(rig: RigLike) -> FloatArray:
 def stable_speeds(rig: RigLike, friction: FrictionLike) -> FloatArray:
     """The speeds (rad/s) at which steady rotation is stable under one friction, as rising open intervals; shape (n, 2).
 
-    On the law (4-9): most rigs are stable below omega_s, within the stick zone, and above the critical speed. No row:
-    never. The upper end is infinite where every speed above is stable.
+    On the law (4-9): most rigs are stable below omega_s, within the stick zone, and above the critical speed. Under a
+    law that falls most steeply further up, low speeds above omega_s may be stable too. No row: never. The upper end is
+    infinite where every speed above is stable.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     inside = np.array([[0.0, rig.omega_s]] if is_bearable(rig, float(friction.slope(rig, 0.0))) else []).reshape(-1, 2)
@@ -76,26 +78,29 @@ def critical_slope(rig: RigLike) -> float:
 def critical_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     """omega_c, the Hopf point (rad/s): steady rotation is unstable below and stable above.
 
-    Where the slope of (4-7) equals Delta T_r,min, in closed form. 0 where friction falls so slowly
+    Where the slope of (4-7) equals Delta T_r,min, in closed form; under another law than the exponential one, the
+    highest such speed: below it there may be more (see `stable_speeds`). 0 where friction falls so slowly
     that every speed is stable; infinite where no speed is. One entry a rig for a batch of frictions. Raises
     `ValueError` for a friction with which there is no such speed: where it is stable at lower speeds too (see
     `stable_speeds`).
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
-    at_rest = np.asarray(slope_at_rest(rig, friction))
+    at_rest = np.asarray(steepest_fall(rig, friction))
     falling = [interval for interval in stable_slopes(rig) if interval[0] < 0.0]
     above = -falling[-1][0] if falling and falling[-1][1] >= 0.0 else None
     others = falling if above is None else falling[:-1]
     if others and np.any(at_rest > -others[-1][1]):
-        frictions = (Friction(*row) for row in friction.as_array().tolist())
-        one = next(f for f in frictions if slope_at_rest(rig, f) > -others[-1][1])
+        one = next(f for f in friction.each() if steepest_fall(rig, f) > -others[-1][1])
         raise ValueError(
             f"critical_speed: with N_1 = {one.normal_force:g} N this rig is stable at speeds "
             f"{_words(np.array(_speeds(rig, one)), 'rad/s')}, not above one number; see stable_speeds"
         )
     if above is None:
         return np.inf if np.ndim(at_rest) == 0 else np.full(at_rest.shape, np.inf)
-    speed = np.log(np.maximum(at_rest / above, 1.0)) / friction.v_b
+    if friction.law == "exponential":
+        speed = np.log(np.maximum(at_rest / above, 1.0)) / friction.v_b
+    else:
+        speed = last_speed_at_slope(rig, friction, -above)
     return float(speed) if np.ndim(speed) == 0 else np.asarray(speed)
 
 
@@ -105,8 +110,12 @@ def is_stable(rig: RigLike, friction: FrictionLike, speed: float) -> bool:
     return is_bearable(rig, float(friction.slope(rig, speed)))
 
 
-def slope_at_rest(rig: Rig, friction: Friction) -> Quantity:
-    """N_1 r_1 (mu_s - mu_k) v_b, minus the slope of (4-7) towards speed 0, where it is steepest (N m s/rad)."""
+def steepest_fall(rig: Rig, friction: Friction) -> Quantity:
+    """Minus the steepest slope (N m s/rad): of (4-7) it is N_1 r_1 (mu_s - mu_k) v_b, towards speed 0."""
+    if friction.law != "exponential":
+        from drillrig_env.friction.law import steepest_over
+
+        return steepest_over(friction.contacts(rig, 0.0)).reshape(np.shape(friction.break_loose(rig)))
     spread = np.asarray(friction.mu_s) - friction.mu_k
     return np.asarray(np.asarray(friction.normal_force) * rig.r_1 * spread * friction.v_b)
 
@@ -187,8 +196,10 @@ def _is_hurwitz(polynomial: Polynomial) -> bool:
 
 
 def _speeds(rig: Rig, friction: Friction) -> list[tuple[float, float]]:
-    """Stable speeds on the law (4-7), of which the slope -slope_at_rest exp(-v_b omega) rises towards 0."""
-    at_rest, v_b = float(slope_at_rest(rig, friction)), float(friction.v_b)
+    """Stable speeds, on the law (4-7) those at which its slope -steepest_fall exp(-v_b omega) is."""
+    if friction.law != "exponential":
+        return _speeds_of_other_law(rig, friction)
+    at_rest, v_b = float(steepest_fall(rig, friction)), float(friction.v_b)
     found = []
     for low, high in stable_slopes(rig):
         if low < 0.0 < at_rest and -at_rest < high:
@@ -197,6 +208,19 @@ def _speeds(rig: Rig, friction: Friction) -> list[tuple[float, float]]:
         elif at_rest == 0.0 and low < 0.0 < high:
             found.append((0.0, np.inf))
     return sorted(found)
+
+
+def _speeds_of_other_law(rig: Rig, friction: Friction) -> list[tuple[float, float]]:
+    """Stable speeds from omega_s on, where the slope may take one value at several speeds."""
+    borders = {slope for slope in stable_slopes(rig).ravel().tolist() if np.isfinite(slope)}
+    passed = [speed for slope in borders for speed in speeds_at_slope(rig, friction, slope)]
+    ends = [rig.omega_s, *sorted({*passed, *kinks_of(rig, friction)}), np.inf]
+    found: list[tuple[float, float]] = []
+    for low, high in pairwise(ends):
+        if is_bearable(rig, float(friction.slope(rig, 0.5 * (low + high) if np.isfinite(high) else 2.0 * low))):
+            joins = bool(found) and found[-1][1] == low
+            found[-1:] = [(found[-1][0], high)] if joins else [*found[-1:], (low, high)]
+    return found
 
 
 def _words(intervals: FloatArray, unit: str) -> str:

@@ -55,11 +55,12 @@ def follow(
     """
     work = works[0]
     y, contact = work.y, work.contact
-    speed, edge = contact.speed_reference, contact.omega_s - _ROUNDING * contact.speed_reference
+    speed, rounding = contact.speed_reference, _ROUNDING * contact.speed_reference
+    edge, knee = contact.omega_s - rounding, contact.knee - rounding
     new, before, nodes = np.zeros((7, COLUMNS)), np.zeros(STATE), np.zeros((NODES, NODES + COLUMNS))
     work.caution = caution_for(contact, rungs[0])
     first = rungs[0].first
-    zone, rung, approaching, passes = zone_of(y[2] + speed, edge), first, False, False
+    zone, rung, approaching, passes = zone_of(y[2] + speed, edge, knee), first, False, False
     has_stuck = False
     elapsed, in_stick = 0, 0
     for _ in range(_MOST_STEPS):
@@ -75,7 +76,7 @@ def follow(
             solved, leaves = reach != 0.0 or rung == SHORTEST, reach != 1.0 and reach != 0.0
             if not leaves or rung == SHORTEST:
                 take_step(y, rungs[rung], work)
-                leaves = zone * (y[2] + speed) < edge
+                leaves = zone_of(y[2] + speed, edge, knee) != zone
                 passes = has_stuck and before[2] < 0.0 <= y[2]
         if (leaves or passes or not solved) and rung < SHORTEST:
             for i in range(STATE):
@@ -97,7 +98,7 @@ def follow(
         if rung == SHORTEST:
             approaching = False
             if leaves:
-                left, zone = zone, zone_of(y[2] + speed, edge)
+                left, zone = zone, zone_of(y[2] + speed, edge, knee)
                 share = _rate_of_bit(y, zone, contact, rungs[0]) / _rate_of_bit(y, left, contact, rungs[0]) - 1.0
                 for column in range(COLUMNS if with_derivative else 0):
                     derivative[2, column] += share * (derivative[2, column] + (1.0 if column == 7 else 0.0))

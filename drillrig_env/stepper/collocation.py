@@ -11,7 +11,8 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.friction import CONTACT
-from drillrig_env.friction.law import torque_in_zone
+from drillrig_env.friction.contact import EXPONENTIAL, LINEAR
+from drillrig_env.friction.law import edges_of, torque_in_zone
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.exponentials import BETWEEN, NODES, POWERS_FROM_NODES, RADAU_NODES
@@ -26,6 +27,9 @@ _PER_FALL = 1.0 / 6.0
 """How errors weigh more where friction falls further than to 1/e^6 within a step: its polynomial tells them less."""
 
 _ROUNDING = 64.0 * 2.0**-52
+
+_AT_ONCE = 2.0**-60
+"""The share of a step after which one that begins at a kink, and goes on beyond it, has met it."""
 
 _CROSSING_TOLERANCE = 1e-9
 """Newton's last step in search of a crossing, as a share of the step."""
@@ -87,7 +91,8 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: 
     begins from the law's tangent at the start. The other arguments are those of `advance`; `zone` is
     the piece of the law, `table` the tables of the step's length.
 
-    Newton's error is that of the linearised T_r1 at a node: half of T_r1'' step^2, with T_r1'' = -v_b T_r1'.
+    Newton's error is that of the linearised T_r1 at a node: half of T_r1'' step^2, with T_r1'' = -v_b T_r1'. Of other
+    laws than the exponential one it is what the law differs by there.
     """
     speed_reference, omega_s = contact.speed_reference, contact.omega_s
     start = y[2] + speed_reference
@@ -103,13 +108,26 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: 
         change, largest = _newton_step(table, work)
         near = 0.5 * contact.v_b * change * work.caution < table.newton_tolerance
         # Far from where the law was linearised its slope there tells nothing: where friction had long fallen, it was 0.
-        if zone == 0 or (near and contact.v_b * largest < _FARTHEST):
+        near = near and contact.v_b * largest < _FARTHEST
+        if contact.law != EXPONENTIAL and zone != 0:
+            near = _meets_law(zone, contact, table, work)
+        if zone == 0 or near:
             return _reach(y, start, torque, zone, contact, table, work)
         for j in range(NODES):
             if not table.fine and zone * work.speed[j] < omega_s - table.clearly_beyond:
-                return _crossing(start, zone, omega_s, table, work)
+                return _crossing(start, zone, contact, table, work)
             work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], contact)
     return 0.0
+
+
+@compiled
+def _meets_law(zone: int, contact: Record, table: Record, work: Record) -> bool:
+    """Whether the linearised T_r1 at every node is that of the law at the speed found there."""
+    off = 0.0
+    for j in range(NODES):
+        torque, _ = torque_in_zone(zone, work.speed[j], contact)
+        off = max(off, abs(torque - work.torque[j])) if contact.law != LINEAR else 0.0
+    return bool(off * work.caution < table.newton_tolerance)
 
 
 @inlined
@@ -158,7 +176,8 @@ def _reach(
     The start of a step is no node, so how far T_r1 there lies from the cubic through its node values (the
     defect, N m) tells how well a cubic follows T_r1.
     """
-    omega_s, lowest, highest = contact.omega_s, work.speed[0], work.speed[0]
+    lowest, highest = work.speed[0], work.speed[0]
+    nearer, farther = edges_of(zone, contact.omega_s, contact.knee)
     defect = torque - POWERS_FROM_NODES[0, 0] * work.torque[0]
     for j in range(1, NODES):
         lowest, highest = min(lowest, work.speed[j]), max(highest, work.speed[j])
@@ -171,14 +190,17 @@ def _reach(
         rough = False
     if table.fine and rough:
         return 0.0
-    watched = table.watched or (zone != 0 and work.caution > 1.0)
-    nearest = lowest if zone == 1 else -highest
-    if (zone != 0 and nearest < omega_s) or (zone == 0 and max(highest, -lowest) >= omega_s):
-        share = _crossing(start, zone, omega_s, table, work)
+    watched = table.watched or (zone != 0 and (work.caution > 1.0 or contact.law != EXPONENTIAL))
+    nearest, farthest = (lowest, highest) if zone > 0 else (-highest, -lowest)
+    if (zone != 0 and nearest < nearer) or (zone == 0 and max(highest, -lowest) >= farther) or farthest >= farther:
+        share = _crossing(start, zone, contact, table, work)
         return 0.0 if watched and table.fine and not _follows(y, zone, contact, table, work, weight, share) else share
+    # Where it turns the speed may dip, or peak, between two nodes by a fraction of its range.
+    between = (max(highest, start) - min(lowest, start)) / 8.0
     if zone * (work.speed[0] - start) < 0.0:
-        # Slowing down: the speed may dip between two nodes by a fraction of its range.
-        rough |= nearest - (max(highest, start) - min(lowest, start)) / 8.0 < omega_s
+        rough |= nearest - between < nearer
+    elif zone != 0:
+        rough |= farthest + between >= farther
     rough |= watched and not rough and not _follows(y, zone, contact, table, work, weight, 1.0)
     return 0.0 if rough else 1.0
 
@@ -197,13 +219,15 @@ def _follows(
     linear = linear + y[6] * row(A, 6, NODES) + T[0] * row(b, 0, NODES) + T[1] * row(b, 1, NODES)
     store(speeds, 0, linear + T[2] * row(b, 2, NODES) + T[3] * row(b, 3, NODES))
     allowed = table.largest_defect / weight + _rounding(y, contact, table, work)
+    nearer, farther = edges_of(zone, contact.omega_s, contact.knee)
     for i in range(NODES):
         if BETWEEN[i] < share:
             torque, _ = torque_in_zone(zone, speeds[i], contact)
             cubic = 0.0
             for j in range(NODES):
                 cubic += _BETWEEN_FROM_NODES[i, j] * T[j]
-            inside = zone * speeds[i] >= contact.omega_s if zone != 0 else abs(speeds[i]) < contact.omega_s
+            size = speeds[i] if zone > 0 else -speeds[i]
+            inside = nearer <= size < farther if zone != 0 else abs(size) < farther
             if not (inside and abs(torque - cubic) <= allowed):
                 return False
     return True
@@ -226,18 +250,21 @@ def _rounding(y: FloatArray, contact: Record, table: Record, work: Record) -> fl
 
 
 @compiled
-def _crossing(start: float, zone: int, omega_s: float, table: Record, work: Record) -> float:
+def _crossing(start: float, zone: int, contact: Record, table: Record, work: Record) -> float:
     """Where a step leaves its zone, as a share of the step; 0 where a node cannot tell.
 
     A first guess is linear between the first node beyond the kink and what comes before it. The
     `fine` answer is the root, by Newton's method, of the quartic through the start and the nodes.
     """
-    earlier, speed_then, share, edge = 0.0, start, 0.0, zone * omega_s
+    nearer, farther = edges_of(zone, contact.omega_s, contact.knee)
+    earlier, speed_then, share, edge, side = 0.0, start, 0.0, 0.0, (1.0 if zone >= 0 else -1.0)
     for j in range(NODES):
         speed = work.speed[j]
-        if (zone == 0 and abs(speed) >= omega_s) or (zone != 0 and zone * speed < omega_s):
-            if zone == 0:
-                edge = omega_s if speed > 0.0 else -omega_s
+        size = side * speed
+        if size < nearer or size >= farther or (zone == 0 and size <= nearer):
+            edge = side * (nearer if size <= nearer else farther)
+            if start == edge:
+                return _AT_ONCE
             if (speed_then - edge) * (speed - edge) < 0.0:
                 share = earlier + (RADAU_NODES[j] - earlier) * (edge - speed_then) / (speed - speed_then)
             break

@@ -1,7 +1,7 @@
-"""Steps that meet the kinks of (4-9): find where, land there, and go on with the other piece of the law.
+"""Steps that meet the kinks of a law: find where, land there, and go on with the other piece of the law.
 
 A solved step gives T_r1 as a cubic of time, with which the state at any time within the step is known
-(`drillrig_env.stepper.landing`). So a step ends just where |x_3| = omega_s.
+(`drillrig_env.stepper.landing`). So a step ends just where |x_3| = omega_s, or where a linear fall meets its floor.
 
 A stick begins with x_3 settling within microseconds, which is taken out of the state and followed apart
 (`drillrig_env.stepper.settling`).
@@ -12,6 +12,7 @@ from __future__ import annotations
 from math import exp
 
 from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.friction.law import zone_beyond
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.stepper.collocation import rounding_of_speed, solve_nodes
 from drillrig_env.stepper.landing import land
@@ -53,12 +54,13 @@ def step_through_kinks(
                 y[i] += settling * work.fast[i]
         if reach >= left:
             return True
-        away = abs(abs(y[2] + contact.speed_reference) - contact.omega_s)
+        x_3 = y[2] + contact.speed_reference
+        at_knee = zone != 0 and abs(abs(x_3) - contact.knee) < abs(abs(x_3) - contact.omega_s)
+        away = abs(abs(x_3) - (contact.knee if at_knee else contact.omega_s))
         if not away <= table.landed and not away <= rounding_of_speed(y, contact, table):
             break
         left -= reach
-        forwards = 1 if y[2] + contact.speed_reference > 0.0 else -1
-        zone = 0 if zone != 0 else forwards
+        zone = zone_beyond(zone, x_3 > 0.0, at_knee, contact.knee <= contact.omega_s)
     for i in range(STATE):
         y[i] = work.before[i]
     return False

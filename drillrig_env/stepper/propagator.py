@@ -1,12 +1,12 @@
 """The fast exact stepper: one rig, one period of held speed reference, in compiled code.
 
-Steps go down and up a ladder of halved lengths. A step is solved with the piece of (4-9) that holds
+Steps go down and up a ladder of halved lengths. A step is solved with the piece of the law that holds
 where it begins (`drillrig_env.stepper.collocation`), and kept if no node leaves that piece. Otherwise it tells
-where about it meets the kink at |x_3| = omega_s; shorter steps lead up to there, and a `fine` one leads across,
-exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that shoots through the stick zone, is
-left to ever shorter steps, the last ones below a picosecond. Where not even these are solved, or too many would be
-needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite, and
-minus infinity says that disc 2 would turn backwards, where T_r2, which is constant, would drive it.
+where about it meets the kink, such as that at |x_3| = omega_s; shorter steps lead up to there, and a `fine` one leads
+across, exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that shoots through the stick
+zone, is left to ever shorter steps, the last ones below a picosecond. Where not even these are solved, or too many
+would be needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite,
+and minus infinity says that disc 2 would turn backwards, where T_r2, which is constant, would drive it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from __future__ import annotations
 from math import inf, nan, sqrt
 
 from drillrig_env.arrays import FloatArray, Record, Records
-from drillrig_env.friction.law import zone_of
+from drillrig_env.friction.contact import EXPONENTIAL
+from drillrig_env.friction.law import steepest_of, zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
@@ -59,7 +60,7 @@ def advance(
         _refuse_reversal(y, work)
         return
     while position < end:
-        zone = zone_of(y[2] + contact.speed_reference, contact.omega_s)
+        zone = zone_of(y[2] + contact.speed_reference, contact.omega_s, contact.knee)
         if zone == 0:
             rung = rung if rung > first + _STICK_RUNG else first + _STICK_RUNG
         size = end_of_period >> rung
@@ -100,8 +101,11 @@ def advance(
 @inlined
 def caution_for(contact: Record, table: Record) -> float:
     """How much smaller than usual bounds on errors must be: more where friction falls fast, with speed or in time."""
-    growth: float = table.growth * (contact.static - contact.kinetic) * contact.v_b
-    caution: float = max(1.0, _PER_FALL * contact.v_b * table.unit[2])
+    steepest, bend = (contact.static - contact.kinetic) * contact.v_b, contact.v_b
+    if contact.law != EXPONENTIAL:
+        steepest, bend = steepest_of(contact)
+    growth: float = table.growth * steepest
+    caution: float = max(1.0, _PER_FALL * bend * table.unit[2])
     return caution if growth <= 1.0 else max(caution, _GROWING * growth * sqrt(growth))
 
 

@@ -63,7 +63,7 @@ def test_right_hand_side_over_arrays_is_the_models(library):
 def test_symbols_of_each_piece_are_the_models():
     heyoka = pytest.importorskip("heyoka")
     for x, wanted in zip(STATES, model_rates(ONE_RIG), strict=True):
-        pairs = heyoka_taylor.equations(zone_of(float(x[2]), RIG.omega_s))
+        pairs = heyoka_taylor.equations(zone_of(float(x[2]), RIG.omega_s, np.inf))
         function = heyoka.cfunc([rate for _, rate in pairs], vars=[state for state, _ in pairs])
         np.testing.assert_allclose(function(x), wanted, rtol=1e-12, atol=1e-12)
 

@@ -71,7 +71,7 @@ _BESIDE = {
     "drillrig_env/stepper/collocation.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/stepper/kinks.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/stepper/settling.py": ("tests/stepper/test_propagator.py",),
-    "drillrig_env/friction/exponential.py": ("tests/test_friction.py",),
+    "drillrig_env/friction/friction.py": ("tests/test_friction.py",),
     "baselines/constant.py": ("tests/baselines/test_laws.py",),
     "baselines/feed_forward_start.py": ("tests/baselines/test_laws.py",),
     "baselines/jump_ease_estimated.py": ("tests/baselines/test_laws.py", "tests/baselines/test_jump_ease.py"),

@@ -34,13 +34,13 @@ def ends(line):
 
 
 def test_every_figure_of_the_chapter_is_there():
-    assert list(FIGURES) == [*(f"4.{number}" for number in range(1, 14)), "bistable"]
+    assert list(FIGURES) == [*(f"4.{number}" for number in range(1, 14)), "bistable", "laws"]
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_captions_name_the_figure_and_its_parameters(pictures, name):
     caption = pictures[name].caption
-    assert caption.startswith("Beyond the chapter" if name == "bistable" else f"Figure {name}. ")
+    assert caption.startswith("Beyond the chapter" if name in ("bistable", "laws") else f"Figure {name}. ")
     assert "N_1 = " in caption or "normal force" in caption or " at 10 N" in caption
     below = pictures[name].figure.texts[-1].get_text()
     assert " ".join(below.split()) == " ".join(caption.split())

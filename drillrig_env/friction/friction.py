@@ -1,31 +1,67 @@
-"""Dry friction between brake pin and disc 1: the laws (4-7) and (4-9) and their slope (4-21).
+"""Dry friction between brake pin and disc 1: the laws (4-7) and (4-9) and their slope (4-21), and others by name.
 
 With a = |x_3| the discontinuous law is
 
-    T_r1 = N_1 r_1 [mu_k + (mu_s - mu_k) exp(-v_b a)] sign(x_3),                             (4-7)
+    T_r1 = N_1 r_1 [mu_k + (mu_s - mu_k) f(v_b a)] sign(x_3),                                (4-7)
 
-and the adopted one, the model of record, replaces it for a < omega_s by the straight line
+where f falls from 1 to 0:
+
+| law | f(u) |
+|---|---|
+| exponential, the chapter's | exp(-u) |
+| gaussian | exp(-u^2) |
+| linear | 1 - u down to the floor 0, which it meets at the speed 1 / v_b: there the law has a kink |
+
+The adopted law, the model of record, replaces it for a < omega_s by the straight line
 
     T_r1 = N_1 r_1 mu_s x_3 / omega_s.                                                       (4-9)
+
+The chapter's line ends at mu_s, where the exponential has already fallen by a share v_b omega_s of its fall: a step
+that is kept. The lines of all other laws lead to their value at omega_s, without a step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import KW_ONLY, dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.allowed import OneARig
+from drillrig_env.allowed import Made, OneARig
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, describe, parameter, refuse
+from drillrig_env.friction.contact import EXPONENTIAL, LAWS
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, describe, parameter, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.toml import read_section, record_of, write_section
 
 _TABLE = "table 4.1"
 _LEAST_ZERO, _ABOVE_ZERO = OneARig(NOT_NEGATIVE), OneARig(POSITIVE)
+
+
+_SHARES: dict[Any, Callable[[FloatArray], FloatArray]] = {
+    "exponential": lambda u: np.exp(-u),
+    "gaussian": lambda u: np.exp(-u * u),
+    "linear": lambda u: np.maximum(1.0 - u, 0.0),
+}
+"""f(u) of the laws by name."""
+
+
+def _law(law: Any) -> Any:
+    """A law as a friction keeps it: a name, or a `Law`; of "file.py:name" that of the file."""
+    if isinstance(law, str) and law in LAWS:
+        return law
+    from drillrig_env.friction.own import Law
+
+    if isinstance(law, str) and law.rpartition(":")[0].endswith(".py"):
+        return Law.from_file(law)
+    if not isinstance(law, Law):
+        raise ValueError(f"{law!r} is not known; {closest(law, (*LAWS, 'file.py:name', 'a Law'))}")
+    return law
+
+
+_ONE_OF = Made(_law, f"{', '.join(LAWS)}, file.py:name or a Law")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +76,8 @@ class Friction:
     mu_s: Quantity = parameter(0.5, "", "static friction coefficient", _TABLE, _LEAST_ZERO)
     mu_k: Quantity = parameter(0.306, "", "kinetic friction coefficient", _TABLE, _LEAST_ZERO)
     v_b: Quantity = parameter(1.0, "s/rad", "decay factor of the friction with speed", _TABLE, _ABOVE_ZERO)
+    _: KW_ONLY
+    law: Any = parameter(LAWS[EXPONENTIAL], "", "how friction falls with speed", "(4-7)", _ONE_OF, optional=True)
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -68,17 +106,28 @@ class Friction:
         table = self.as_array()
         if len(table) != 1:
             raise refuse("Friction", "number of rigs", len(table), "", "one here")
-        return Friction(*table[0].tolist())
+        return self.each()[0]
+
+    def each(self) -> list[Friction]:
+        """The friction of every rig of a batch, with plain numbers as fields."""
+        return [Friction(*row, law=self.law) for row in self.as_array().tolist()]
 
     def contacts(self, rig: Rig, speed_reference: Quantity, rigs: int | None = None) -> np.ndarray:
         """The records of CONTACT for rigs that share `rig`, shape (rigs,); `rigs` as for `as_array`.
 
         `speed_reference` (rad/s) is one number, or one entry a rig.
         """
-        from drillrig_env.friction.law import contacts_of
+        from drillrig_env.friction.law import contacts_of, number_of
 
         normal_force, mu_s, mu_k, v_b = self.as_array(rigs).T
-        return contacts_of(rig, normal_force, mu_s, mu_k, v_b, speed_reference)
+        return contacts_of(rig, normal_force, mu_s, mu_k, v_b, speed_reference, number_of(self.law))
+
+    def break_loose(self, rig: Rig) -> Quantity:
+        """The largest torque with which the bit sticks, at omega_s, in N m; N_1 r_1 mu_s, less the fall up to there."""
+        if self.law == LAWS[EXPONENTIAL]:
+            return np.asarray(self.normal_force) * rig.r_1 * self.mu_s
+        static: FloatArray = self._contacts(rig)["static"]
+        return float(static) if static.ndim == 0 else static
 
     def torque(self, rig: Rig, bit_speed: Quantity) -> Quantity:
         """Torque of the adopted law (4-9) at a bit speed (rad/s), in N m; shapes broadcast."""
@@ -88,22 +137,33 @@ class Friction:
         """Slope dT_r1/dx_3 of (4-9), the chapter's Delta T_r1 (4-21), in N m s/rad."""
         return self._evaluate(rig, bit_speed)[1]
 
+    def curvature(self, rig: Rig, bit_speed: Quantity) -> Quantity:
+        """Second derivative of (4-9) by x_3, in N m (s/rad)^2."""
+        return self._evaluate(rig, bit_speed)[2]
+
     def torque_discontinuous(self, rig: Rig, bit_speed: Quantity) -> Quantity:
-        """Torque of the discontinuous law (4-7), with the chapter's sign(0) = 1 (4-8), in N m."""
+        """Torque of the discontinuous law (4-7), with the chapter's sign(0) = 1 (4-8), in N m; for laws by name."""
         x_3 = np.asarray(bit_speed, dtype=float)
-        decay = np.exp(-np.asarray(self.v_b) * np.abs(x_3))
-        coefficient = self.mu_k + (np.asarray(self.mu_s) - self.mu_k) * decay
+        u = np.asarray(self.v_b) * np.abs(x_3)
+        coefficient = self.mu_k + (np.asarray(self.mu_s) - self.mu_k) * _SHARES[self.law](u)
         torque = self.normal_force * rig.r_1 * coefficient * np.where(x_3 >= 0, 1.0, -1.0)
         return float(torque) if np.ndim(torque) == 0 else np.asarray(torque)
 
-    def _evaluate(self, rig: Rig, bit_speed: Quantity) -> tuple[Quantity, Quantity]:
-        from drillrig_env.friction.law import contacts_of, law_over
+    def _evaluate(self, rig: Rig, bit_speed: Quantity) -> list[Quantity]:
+        """Torque, slope and curvature."""
+        from drillrig_env.friction.law import law_over
 
-        contacts = contacts_of(rig, self.normal_force, self.mu_s, self.mu_k, self.v_b)
-        x_3, contacts = np.broadcast_arrays(np.asarray(bit_speed, dtype=float), contacts)
-        torque, slope = np.empty(x_3.shape), np.empty(x_3.shape)
-        law_over(np.array(x_3).ravel(), np.array(contacts).ravel(), torque.reshape(-1), slope.reshape(-1))
-        return (float(torque), float(slope)) if torque.ndim == 0 else (torque, slope)
+        x_3, contacts = np.broadcast_arrays(np.asarray(bit_speed, dtype=float), self._contacts(rig))
+        found = [np.empty(x_3.shape) for _ in range(3)]
+        law_over(np.array(x_3).ravel(), np.array(contacts).ravel(), *(each.reshape(-1) for each in found))
+        return [float(each) if each.ndim == 0 else each for each in found]
+
+    def _contacts(self, rig: Rig) -> np.ndarray:
+        """Records of CONTACT in the shape that the fields have together."""
+        from drillrig_env.friction.law import contacts_of, number_of
+
+        fields = self.normal_force, self.mu_s, self.mu_k, self.v_b
+        return contacts_of(rig, *fields, law=number_of(self.law))
 
     def describe(self) -> str:
         """A table of all fields with value, unit, meaning and source."""
@@ -123,7 +183,12 @@ class Friction:
         return read_section(path, "friction", cls)
 
     def to_toml(self, path: str | Path) -> None:
-        """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged."""
+        """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged.
+
+        Raises `ValueError` for a `Law` that was not read from a file, which no name leads back to.
+        """
+        if not isinstance(self.law, str) and not self.law.source:
+            raise refuse("Friction", "law", self.law.name, "", 'in a file, a law of one: Law.from_file("file.py:name")')
         write_section(self, path, "friction")
 
 

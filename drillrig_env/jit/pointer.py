@@ -1,0 +1,40 @@
+"""Calls of machine code by its address, for kernels that are compiled and kept before there is a law to call.
+
+The code is a C function of four doubles that writes three doubles to where its fifth argument points, as
+`numba.cfunc` makes it. To the kernel its address is a number like any other, so that its own code stays the same for
+every law, and is kept on disk.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+_built_in: Any = intrinsic  # their types say nothing of what they make
+_alloca_once: Any = cgutils.alloca_once
+_pointer_to: Any = types.CPointer
+_tuple_of: Any = types.UniTuple
+
+SIGNATURE = types.void(*[types.float64] * 4, _pointer_to(types.float64))
+"""Numba's signature of such a function."""
+
+
+@_built_in
+def call(_context: Any, address: Any, _a: Any, _b: Any, _c: Any, _d: Any) -> Any:
+    """The three numbers that the function at `address` (int64) makes of four."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        double = ir.DoubleType()
+        kind = ir.FunctionType(ir.VoidType(), [*[double] * 4, double.as_pointer()])
+        function = builder.inttoptr(arguments[0], kind.as_pointer())
+        out = _alloca_once(builder, double, size=3)
+        builder.call(function, [*arguments[1:], out])
+        values = [builder.load(builder.gep(out, [ir.Constant(ir.IntType(32), i)])) for i in range(3)]
+        return context.make_tuple(builder, signature.return_type, values)
+
+    numbers = _tuple_of(types.float64, 3)
+    return numbers(types.int64, *[types.float64] * 4), generate
