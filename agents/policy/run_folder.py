@@ -74,9 +74,9 @@ def is_finished(path: str | Path) -> bool:
     return not (folder / CHECKPOINT).exists() and saved_steps(folder / MODEL) >= total
 
 
-def shipped() -> list[str]:
-    """The names of the agents that come with the package."""
-    return sorted(path.name for path in TRAINED.glob("*") if is_run(path))
+def shipped(trained: Path | None = None) -> list[str]:
+    """The names of the agents that come with the package, or of those in another folder of shipped ones."""
+    return sorted(path.name for path in (trained or TRAINED).glob("*") if is_run(path))
 
 
 def find_run(name: str | Path) -> Path:

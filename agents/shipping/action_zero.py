@@ -16,6 +16,7 @@ from agents.endurance import ENDURING, endurance
 from agents.policy.action_zero import ActionZero
 from agents.policy.run_folder import SEEDS, TRAINED, load_policy, seeds_of, shipped
 from agents.shipping.card import tables_of_card, write_card
+from agents.shipping.named import add_names_argument
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
@@ -31,10 +32,10 @@ _NAME = "action 0"
 def main(arguments: Sequence[str] | None = None) -> None:
     """Score action 0 beside all shipped agents or those named."""
     parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"shipped agents (default: {', '.join(shipped())})")
+    add_names_argument(parser)
     chosen = parser.parse_args(arguments)
     try:
-        for name in chosen.names or shipped():
+        for name in chosen.names:
             add_action_zero(TRAINED / name)
         for name in shipped():  # a card tells of the other agents, too
             print(write_card(name).resolve())

@@ -17,7 +17,8 @@ import numpy as np
 from agents.policy.action_zero import SAME_DRIVE
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
-from agents.policy.run_folder import MODEL, TRAINED, is_run, load_policy, read_config, read_seeds, seeds_of
+from agents.policy.run_folder import MODEL, TRAINED, load_policy, read_config, read_seeds, seeds_of, shipped
+from agents.shipping.named import add_names_argument
 from drillrig_env import markdown
 from drillrig_env.command_line import Parser, command
 from drillrig_env.drive import Drive
@@ -51,10 +52,10 @@ print(info["is_success"])  # whether the last 10 s were calm and at the target
 def main(arguments: Sequence[str] | None = None) -> None:
     """Write the cards of all shipped agents or of those named."""
     parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"shipped agents (default: {_names(TRAINED)})")
+    add_names_argument(parser)
     chosen = parser.parse_args(arguments)
     try:
-        for name in chosen.names or _names(TRAINED):
+        for name in chosen.names:
             print(write_card(name).resolve())
     except ValueError as error:
         parser.error(str(error))
@@ -96,10 +97,6 @@ def imitation_steps(config: Mapping[str, Any]) -> int:
         return 0
     task = Task.of(**environment_arguments(config["env_id"], config["env_kwargs"]))
     return int(how["rounds"] * task.steps * config["hyperparameters"]["n_envs"])
-
-
-def _names(trained: Path) -> list[str]:
-    return sorted(path.name for path in trained.glob("*") if is_run(path))
 
 
 def _task(name: str, config: Mapping[str, Any]) -> str:
@@ -223,7 +220,7 @@ def _training(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
 def _beside(name: str, trained: Path) -> list[str]:
     """The other shipped agents of the same environment beside this one; nothing where there are none."""
     env_id = read_config(trained / name)["env_id"]
-    names = [one for one in _names(trained) if read_config(trained / one)["env_id"] == env_id]
+    names = [one for one in shipped(trained) if read_config(trained / one)["env_id"] == env_id]
     found = {one: seeds for one in names if (seeds := read_seeds(trained / one)) is not None}
     if len(found) < 2:
         return []

@@ -18,8 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from agents.policy.run_folder import SEEDS, TRAINED, read_config, seeds_of, shipped
+from agents.policy.run_folder import SEEDS, TRAINED, read_config, seeds_of
 from agents.shipping.card import write_card
+from agents.shipping.named import add_names_argument
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.contest import Contestant
@@ -45,11 +46,11 @@ _AT_ONCE = 1000  # rigs that are run side by side
 def main(arguments: Sequence[str] | None = None) -> None:
     """List the failures of all shipped agents or of those named."""
     parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"shipped agents (default: {', '.join(shipped())})")
+    add_names_argument(parser)
     parser.add_argument("--rigs", type=of_kind(COUNT), default=RIGS, help=f"how many are tried (default: {RIGS})")
     chosen = parser.parse_args(arguments)
     try:
-        for name in chosen.names or shipped():
+        for name in chosen.names:
             print(write_failures(name, chosen.rigs).resolve())
     except ValueError as error:
         parser.error(str(error))
