@@ -108,11 +108,14 @@ class Baseline(AtHome):
     @property
     def env_kwargs(self) -> dict[str, Any]:
         """The arguments of its environment, beside those of the id."""
-        kwargs: dict[str, Any] = {"slew_limit": self.slew_limit}
+        kwargs: dict[str, Any] = {}
         if self.rig != Rig():
             kwargs["rig"] = self.rig
         own = Task.for_rig(self.rig)
-        for name in ("control_period", "largest_reference"):
+        if self.task.largest_reference != own.largest_reference:
+            kwargs["largest_reference"] = self.task.largest_reference
+            own = Task.for_rig(self.rig, largest_reference=self.task.largest_reference)
+        for name in ("slew_limit", "control_period"):  # what is the rig's own is another rig's own there
             if getattr(self.task, name) != getattr(own, name):
                 kwargs[name] = getattr(self.task, name)
         if self.drive is not None:

@@ -27,6 +27,7 @@ __all__ = [
     "closest",
     "default_of",
     "describe",
+    "differing",
     "field_rows",
     "parameter",
     "refuse",
@@ -108,6 +109,16 @@ def describe(instance: Any) -> str:
     return "\n".join(
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
     )
+
+
+def differing(one: Any, other: Any) -> list[str]:
+    """What two records of one kind differ in, a text for each such field: its name, both values and the unit."""
+    found = []
+    for item in fields(one):
+        value, instead = getattr(one, item.name), getattr(other, item.name)
+        if value != instead:
+            found.append(f"{item.name} = {value} and not {instead} {item.metadata['unit']}".rstrip())
+    return found
 
 
 def field_rows(record: type) -> list[tuple[str, str, str, str, str]]:

@@ -83,7 +83,7 @@ class Agent(AtHome):
         On a rig with other `scales` than its own, these are larger as all rates are.
         """
         agent = type(self)(self.model, self.config)
-        agent._acting = slew_limit
+        agent.known_as, agent._acting = self.known_as, slew_limit
         agent._scales = None if scales == self._task.scales else scales
         return agent
 
@@ -106,7 +106,7 @@ class Agent(AtHome):
         shown, wanted = np.shape(observation)[-1:], len(self.sensors.channels)
         if shown != (wanted,):
             raise refuse(
-                self.config["algorithm"],
+                self.known_as or self.config["algorithm"],
                 "shape of an observation",
                 shown,
                 "",

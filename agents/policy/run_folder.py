@@ -138,4 +138,6 @@ def load_policy(path: str | Path, best: bool = False) -> Agent:
     if not model.is_file():
         raise ValueError(f"{path}: the run has no {name}; it may have been stopped before the first save")
     config = read_config(path)
-    return Agent(load_weights(model, config), config)
+    agent = Agent(load_weights(model, config), config)
+    agent.known_as = str(path)
+    return agent

@@ -66,6 +66,8 @@ class PolicySource:
         made = maker(**{name: value for name, value in context.items() if everything or name in known})
         if not isinstance(made, Policy):
             raise TypeError(f"{self.name} makes a {type(made).__name__}, which has no predict(observation, ...)")
+        if isinstance(made, AtHome):
+            made.known_as = self.name
         return made
 
 
@@ -83,7 +85,7 @@ def find_policy(policy: Any) -> PolicySource:
     if not isinstance(policy, str | Path):
         makes = inspect.isclass(policy) or (callable(policy) and not isinstance(policy, Policy))
         maker: Callable[..., Policy] = policy if makes else lambda: policy
-        name = getattr(policy, "__name__", type(policy).__name__)
+        name = getattr(policy, "known_as", "") or getattr(policy, "__name__", type(policy).__name__)
         return PolicySource(name, {"": maker}, {"kind": "object"})
     name = str(policy)
     if name in _installed():

@@ -11,12 +11,20 @@ from typing import Any
 import gymnasium as gym
 
 from drillrig_env.drive import Drive
-from drillrig_env.parameters import refuse
+from drillrig_env.parameters import differing, refuse
 from drillrig_env.policy.contract import channels_of, drive_of
+
+_TOLD = 4
+"""How many differences of an environment a warning tells; a rig that is another altogether has twenty."""
 
 
 class AtHome(ABC):
-    """A policy that knows its environment: the id `env_id`, and the arguments `env_kwargs` beside those of the id."""
+    """A policy that knows its environment: the id `env_id`, and the arguments `env_kwargs` beside those of the id.
+
+    `known_as` is the name by which it was found, which errors and warnings say; empty for one that nobody looked for.
+    """
+
+    known_as: str = ""
 
     @property
     @abstractmethod
@@ -46,12 +54,12 @@ class AtHome(ABC):
     def check_env(self, env: Any) -> None:
         """Raise `ValueError` naming what of `env` this policy was not made for: sensors, drive, slew limit.
 
-        `env` is any form of `DrillRig-v0`. Another rig, noise or delay is warned of by name: the policy acts there,
-        but not as it was scored.
+        `env` is any form of `DrillRig-v0`. Another rig, noise or delay is warned of, with what differs: the policy acts
+        there, but not as it was scored.
         """
         found = env.unwrapped
         wanted = type(found.task).of({**gym.spec(self.env_id).kwargs, **self.env_kwargs})
-        name = type(self).__name__
+        name = self.known_as or type(self).__name__
         remedy = "that of the policy's make_env()"
         shown = tuple(found.sensors.names)
         if channels_of(self) != shown:
@@ -59,10 +67,18 @@ class AtHome(ABC):
         own, theirs = drive_of(self) or Drive.of_rig(wanted.rig), found.drive or Drive.of_rig(found.rig)
         if wanted.rig == found.rig and own != theirs:
             raise refuse(name, "the environment's drive", theirs.as_dict(), "", f"{own.as_dict()}, {remedy}")
-        if not isclose(found.slew_limit / found.task.scales.rate, wanted.slew_limit / wanted.scales.rate, rel_tol=1e-9):
-            raise refuse(
-                name, "the environment's slew_limit", found.slew_limit, "rad/s^2", f"{wanted.slew_limit:g}, {remedy}"
+        rate = wanted.slew_limit * (found.task.scales.rate / wanted.scales.rate)
+        if not isclose(found.slew_limit, rate, rel_tol=1e-9):
+            raise refuse(name, "the environment's slew_limit", found.slew_limit, "rad/s^2", f"{remedy}, {rate:g}")
+        differs = [
+            f"{what} = {getattr(found, what)} and not {getattr(wanted, what)}"
+            for what in ("noise", "delay")
+            if getattr(found, what) != getattr(wanted, what)
+        ] + [f"rig.{difference}" for difference in differing(found.rig, wanted.rig)]
+        if differs:
+            told, more = differs[:_TOLD], len(differs) - _TOLD
+            listed = ", ".join(told) + (f" and {more} more" if more > 0 else "")
+            warnings.warn(
+                f"{name}: the environment is not the one it was made for, and its scores do not hold there: {listed}",
+                stacklevel=2,
             )
-        for what in ("rig", "noise", "delay"):
-            if getattr(found, what) != getattr(wanted, what):
-                warnings.warn(f"{name}: the environment's {what} is not the one it was made for", stacklevel=2)

@@ -1,11 +1,14 @@
 """The environment that a policy belongs in: made by the policy, and told from one that differs."""
 
+import re
 import warnings
+from functools import partial
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
+import baselines
 import drillrig_env
 from drillrig_env import Drive
 from drillrig_env.policy import load, make_policy
@@ -39,8 +42,12 @@ def test_an_environment_that_differs_is_named():
             load(name, env=gym.make("DrillRig-v0", **kwargs))
     with pytest.raises(ValueError, match=r"slew_limit = 1\.0 rad/s\^2"):
         make_policy("lqg").check_env(gym.make("DrillRig-v0", slew_limit=1.0))
-    for change, what in (({"noise": 1.0}, "noise"), ({"delay": 2}, "delay"), ({"rig": {"k_2": 0.4}}, "rig")):
-        with pytest.warns(UserWarning, match=f"the environment's {what} "):
+    for change, told in (
+        ({"noise": 1.0}, "noise = 1.0 and not None"),
+        ({"delay": 2}, r"delay = \(2, 2\) and not None"),
+        ({"rig": {"k_2": 0.4}}, r"rig.k_2 = 0.4 and not 0.3659 N m/rad"),
+    ):
+        with pytest.warns(UserWarning, match=f"lqg: the environment is not the one it was made for, .*: {told}"):
             make_policy("lqg").check_env(gym.make("DrillRig-v0", **change))
 
 
@@ -56,6 +63,41 @@ def test_a_change_that_leaves_its_environment_is_refused_and_another_is_warned_o
         load("ppo").make_env(sensors="encoders")
     with pytest.warns(UserWarning, match="delay"):
         load("lqg").make_vec(2, delay=1)
+
+
+@pytest.mark.parametrize("policy", ["ppo", "agents/trained/sac", "z_torque", baselines.LQG, "FILE"], ids=str)
+def test_every_warning_and_error_says_of_which_policy(policy, tmp_path):
+    if policy == "FILE":
+        (tmp_path / "mine.py").write_text("from baselines import Constant\nclass Mine(Constant): pass\n")
+        policy = f"{tmp_path / 'mine.py'}:Mine"
+    name = policy if isinstance(policy, str) else policy.__name__
+    rig = {"k_1": 1.3, "J_3": 0.02}
+    made = load(policy)
+    for make in (made.make_env, partial(made.make_vec, 2)):
+        said = re.escape(f"{name}: the environment is not the one it was made for")
+        differs = re.escape(": rig.J_3 = 0.02 and not 0.0237 kg m^2, rig.k_1 = 1.3 and not 1.1175 N m/rad")
+        with pytest.warns(UserWarning, match=f"^{said}.*{differs}$"):
+            make(rig=rig)
+    with pytest.raises(ValueError, match=re.escape(f"{name}: the environment's drive")):
+        made.make_env(drive=(0.2, 0.1))
+    assert load(made).known_as == name
+
+
+def test_a_rig_that_is_another_altogether_is_told_by_its_first_parameters():
+    with pytest.warns(UserWarning, match=r"rig.J_1 = .* and not 0.0288 kg m\^2, .* and \d+ more$"):
+        load("z_torque").make_env(rig=scaled(time=0.25, torque=2.0))
+
+
+def test_what_was_the_rigs_own_is_the_other_rigs_own():
+    """A baseline asks for no slew limit but one that it was given, and one that differs is told as that rig has it."""
+    rig = scaled(time=0.25, torque=2.0)
+    policy = load("z_torque")
+    with pytest.warns(UserWarning, match="z_torque"):
+        assert policy.make_env(rig=rig).unwrapped.slew_limit == 32.0
+    with pytest.raises(ValueError, match=r"slew_limit = 2\.0 rad/s\^2 .* make_env\(\), 32 rad/s\^2"):
+        policy.make_env(rig=rig, slew_limit=2.0)
+    for given in ({"slew_limit": 1.0}, {"largest_reference": 20.0}, {"control_period": 0.05, "largest_reference": 5.0}):
+        assert make_policy("z_torque", **given).env_kwargs == given
 
 
 def test_observations_of_other_sensors_are_refused():
