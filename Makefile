@@ -57,7 +57,7 @@ benchmark: $(READY)  ## Speed beside everything else that is installed, and the 
 	$(BIN)/python -m benchmarks.any_rig
 	$(BIN)/python -m benchmarks.page
 
-peers: $(READY)  ## The other solvers and environments that `make benchmark` compares with
+peers: $(READY)  ## What `make benchmark` compares with; one of them, numbalsoda, needs a Fortran compiler
 	$(PIP) $(CONSTRAIN) --editable '.[benchmark]'
 
 bounds: $(READY)  ## The fast tests with the lowest and with the newest versions of every dependency

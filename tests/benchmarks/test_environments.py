@@ -1,11 +1,12 @@
 import json
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
 import benchmarks.environments
 from benchmarks.environment_peers import OURS, Peer, Pool, peers
-from benchmarks.environments import fixed_rate, main, random_rate, seconds_per_draw, summary
+from benchmarks.environments import fixed_rate, main, measure, random_rate, seconds_per_draw, summary
 
 
 def peer(name):
@@ -52,6 +53,34 @@ def test_a_step_that_begins_the_next_episode_does_not_count(monkeypatch):
     assert env.steps == 601
     assert rate == 4 * (601 - 200) / 601
     assert env.resets == 1
+
+
+def test_one_copy_has_met_every_start_before_its_time_is_taken(monkeypatch):
+    """A start in stick-slip has kernels of its own, which the first reset need not compile."""
+    started = []
+
+    def rate(env, *_):
+        raise StopIteration
+
+    make, ours = gym.make, peer(OURS)
+    monkeypatch.setattr(benchmarks.environments, "fixed_rate", rate)
+    monkeypatch.setattr(gym, "make", lambda *given, **named: Watched(make(*given, **named), started))
+    with pytest.raises(RuntimeError):
+        next(measure([ours], 1, 1, 0.1))
+    assert set(started) == {0, 1, 2}  # from rest, in steady rotation, in stick-slip
+
+
+class Watched(gym.Wrapper):
+    """Notes the kind of each start."""
+
+    def __init__(self, env, started):
+        super().__init__(env)
+        self.started = started
+
+    def reset(self, **given):
+        observation, info = self.env.reset(**given)
+        self.started.append(int(info["start"]))
+        return observation, info
 
 
 def test_gymnasium_without_a_vector_benchmark_has_no_rate(monkeypatch):
