@@ -125,6 +125,7 @@ class FeedForwardStart(CountedLaw):
         for column, value in ((_TORQUE, torque), (_SPEED, top)):
             memory[:, column] += np.where(fresh, 1.0, self.followed(_SMOOTHING_TIME)) * (value - memory[:, column])
         steady = np.asarray(friction.torque(self.plant, np.maximum(reference, self.plant.omega_s))) + self.plant.T_r2
+        steady = steady + (self.plant.C_1 + self.plant.C_2) * reference
         memory[:, _SQUARE] += self.followed(_UNREST_TIME) * ((torque - steady) ** 2 - memory[:, _SQUARE])
         drop = self.plant.r_1 * np.asarray(friction.normal_force) * (np.asarray(friction.mu_s) - friction.mu_k)
         drop = np.maximum(drop, _LEAST_DROP)

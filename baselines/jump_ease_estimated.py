@@ -90,6 +90,7 @@ class JumpEaseEstimated(JumpEase):
         """Keep the largest torque while stuck, and the torque of the calmest rotation so far."""
         rig = self.plant
         torque = -rig.k_1 * seen["twist_12"] - rig.d_1 * (seen["bit_speed"] - seen["collar_speed"])
+        torque = torque - rig.C_1 * seen["bit_speed"]
         stuck = seen["bit_speed"] < STUCK_SPEED
         winding = rig.k_1 * rig.k_2 / (rig.k_1 + rig.k_2) * seen["top_speed"] * self.period
         torque = torque + np.where(stuck, 0.5 * winding, 0.0)  # break-loose comes within the step, on average half way

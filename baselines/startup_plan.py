@@ -3,9 +3,9 @@
 The chain from the bit up to the drive can be inverted one element after the other, since the friction torque
 acts at its very end (the bit speed is a flat output of the rig). From a planned bit speed x_3(t) follow
 
-    torque of the lower shaft   T_12 = J_1 x_3' + T_r1(x_3)            (stuck: a planned ramp up to N_1 r_1 mu_s)
+    torque of the lower shaft   T_12 = J_1 x_3' + C_1 x_3 + T_r1(x_3)  (stuck: a planned ramp up to N_1 r_1 mu_s)
     twist of the lower shaft    d_1 x_1' + k_1 x_1 = -T_12,            x_4 = x_3 - x_1'
-    torque of the upper shaft   T_23 = J_2 x_4' + T_12 + T_r2
+    torque of the upper shaft   T_23 = J_2 x_4' + C_2 x_4 + T_12 + T_r2
     twist of the upper shaft    d_2 x_2' + k_2 x_2 = -T_23,            x_5 = x_4 - x_2'
     current                     eta K_T x_6 = J_3 x_5' + eta^2 C_m x_5 + eta T_f + T_23
     voltage                     V = R x_6 + eta K_E x_5                (the inductance acts within 3 ms)
@@ -78,7 +78,7 @@ def startup_plan(
     creep = rig.omega_s * wind_up / static  # the stuck bit of the adopted law (4-9)
     x_3 = np.concatenate([creep, rig.omega_s + np.cumsum(acceleration) * step])
     T_r1 = np.asarray(friction.torque(rig, x_3[len(wind_up) :]))
-    T_12 = np.concatenate([wind_up, rig.J_1 * acceleration + T_r1])
+    T_12 = np.concatenate([wind_up, rig.J_1 * acceleration + T_r1 + rig.C_1 * x_3[len(wind_up) :]])
     missing = -len(x_3) % _SUBSTEPS
     x_3, T_12 = np.pad(x_3, (0, missing), mode="edge"), np.pad(T_12, (0, missing), mode="edge")
     references = _speed_reference(rig, x_3, T_12, step).reshape(-1, _SUBSTEPS).mean(axis=1)
@@ -111,7 +111,7 @@ def _speed_reference(rig: Rig, x_3: FloatArray, T_12: FloatArray, step: float) -
     """The chain inverted, from bit speed and torque of the lower shaft to omega_ref, which is 0 at first."""
     rise = (T_12[1] - T_12[0]) / step
     x_4 = x_3 - _rate_of_lag(-T_12 / rig.k_1, rig.d_1 / rig.k_1, -rise / rig.k_1, step)
-    T_23 = rig.J_2 * np.gradient(x_4, step) + T_12 + rig.T_r2
+    T_23 = rig.J_2 * np.gradient(x_4, step) + T_12 + rig.T_r2 + rig.C_2 * x_4
     x_5 = x_4 - _rate_of_lag(-T_23 / rig.k_2, rig.d_2 / rig.k_2, -rise / rig.k_2, step)
     inertia = rig.J_3 * np.gradient(x_5, step)
     bearing = rig.eta**2 * rig.C_m * x_5 + rig.eta * rig.T_f + T_23

@@ -15,7 +15,7 @@ speed, or a tenth of the largest speed of the run where that is more.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from math import log
 from pathlib import Path
 from typing import Any
@@ -36,7 +36,8 @@ from drillrig_env.stepper.units import units_of
 RIGS, DURATION, SAMPLE = 1000, 10.0, 0.5  # s
 TOLERANCES, AGREED, LIMIT = (1e-10, 1e-11), 1e-7, 1e-6
 FACTOR, HEAVIEST, DECAY, REFERENCE = 10.0, 200.0, (0.05, 50.0), (0.1, 50.0)  # N, s/rad, rad/s
-_FIXED = ("T_r2",)  # 0 in the chapter
+_FIXED = ("T_r2", "C_1", "C_2")  # 0 in the chapter
+_IN_A_ROW = tuple(item.name for item in fields(Rig) if not item.metadata["optional"])
 _NUMBER = Allowed(low=0, whole=True)
 
 
@@ -51,12 +52,17 @@ class Case:
 
     def numbers(self) -> list[float]:
         """All of it as a row of numbers."""
-        return [*astuple(self.rig), *self.friction.as_array()[0].tolist(), *self.state, self.speed_reference]
+        return [
+            *(getattr(self.rig, name) for name in _IN_A_ROW),
+            *self.friction.as_array()[0].tolist(),
+            *self.state,
+            self.speed_reference,
+        ]
 
     @classmethod
     def of(cls, numbers: Sequence[float]) -> Case:
         """The run that a row of `numbers` stands for."""
-        own = len(fields(Rig))
+        own = len(_IN_A_ROW)
         row = [float(number) for number in numbers]
         return cls(Rig(*row[:own]), Friction(*row[own : own + 4]), tuple(row[own + 4 : -1]), row[-1])
 

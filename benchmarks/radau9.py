@@ -61,8 +61,8 @@ def solve(
     p, (normal_force, mu_s, mu_k, v_b) = rig, friction.as_array()[0].tolist()
     A, constant = np.zeros((7, 7)), np.zeros(7)
     A[0, 2:4], A[1, 3:5], A[6, 4] = (1.0, -1.0), (1.0, -1.0), -1.0
-    A[2] = np.array([-p.k_1, 0.0, -p.d_1, p.d_1, 0.0, 0.0, 0.0]) / p.J_1
-    A[3] = np.array([p.k_1, -p.k_2, p.d_1, -p.d_1 - p.d_2, p.d_2, 0.0, 0.0]) / p.J_2
+    A[2] = np.array([-p.k_1, 0.0, -p.d_1 - p.C_1, p.d_1, 0.0, 0.0, 0.0]) / p.J_1
+    A[3] = np.array([p.k_1, -p.k_2, p.d_1, -p.d_1 - p.d_2 - p.C_2, p.d_2, 0.0, 0.0]) / p.J_2
     A[4] = np.array([0.0, p.k_2, 0.0, p.d_2, -p.d_2 - p.eta**2 * p.C_m, p.eta * p.K_T, 0.0]) / p.J_3
     A[5] = np.array([0.0, 0.0, 0.0, 0.0, -p.eta * p.K_E - p.k_p, -p.R, p.k_i]) / p.L
     constant[3], constant[4] = -p.T_r2 / p.J_2, -p.eta * p.T_f / p.J_3

@@ -34,6 +34,7 @@ GROUPS = {
 _OF_THE_DRIVE = ("k_p", "k_i")
 _OF_RIGS = tuple(item.name for item in fields(Rig) if item.name not in _OF_THE_DRIVE)
 _NAMES = (*_OF_RIGS, *GROUPS["friction"])
+_BESIDE = tuple(item.name for item in fields(Rig) if item.metadata["optional"])
 _FACTOR = Allowed(1.0, 1e3)
 _LARGEST = Allowed(1, 1 << 16, whole=True)
 _TRIES = 100
@@ -181,13 +182,16 @@ def _given(rigs: tuple[Rig, ...], nominal: Rig) -> Members:
 @lru_cache(maxsize=16)
 def _drawn(rig: Rig, nominal: Rig, spread: tuple[tuple[str, float], ...], count: int, seed: int) -> Members:
     random, found, friction, left_out = np.random.default_rng(seed), list[Rig](), list[list[float]](), 0
+    beside = np.random.default_rng([seed, 1])  # so that a parameter that few rigs have changes no fleet without it
     while len(found) < count:
         if left_out + len(found) == _TRIES * count:
             raise ValueError(
                 f"Fleet: of {_TRIES * count} draws {len(found)} turn steadily with the nominal drive; allowed: a "
                 "smaller spread, or another rig"
             )
-        uniform = dict(zip(_NAMES, random.random(len(_NAMES)).tolist(), strict=True))
+        names = [name for name in _NAMES if name not in _BESIDE]
+        uniform = dict(zip(names, random.random(len(names)).tolist(), strict=True))
+        uniform |= dict(zip(_BESIDE, beside.random(len(_BESIDE)).tolist(), strict=True))
         factors = {name: factor ** (2.0 * uniform[name] - 1.0) for name, factor in spread}
         changes = {name: getattr(rig, name) * factors[name] for name in _OF_RIGS if name in factors}
         drawn = with_gains_of(replace(rig, **changes), nominal)

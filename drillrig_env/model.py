@@ -13,6 +13,8 @@ States, in this order everywhere:
 Three lines of the printed chapter are slips, each settled by the equation that it comes from:
 (4-5d) and (4-17) print -d_2 x_5 where (4-3b) gives +d_2 x_5; (4-20) prints J_52 = -k_2/J_3 where
 (4-5e) gives +k_2/J_3; (4-2b) and (4-3b) print the acceleration of disc 1 where disc 2's is meant.
+
+Beyond the chapter discs 1 and 2 may lose C_1 x_3 and C_2 x_4 to what is around them, as its motor does.
 """
 
 from __future__ import annotations
@@ -50,8 +52,8 @@ def state_equations(x: Sequence[float] | FloatArray, omega_ref: float, T_r1: flo
     return [
         x_3 - x_4,
         x_4 - x_5,
-        (-p.d_1 * x_3 + p.d_1 * x_4 - p.k_1 * x_1 - T_r1) / p.J_1,
-        (p.d_1 * x_3 - (p.d_1 + p.d_2) * x_4 + p.d_2 * x_5 + p.k_1 * x_1 - p.k_2 * x_2 - p.T_r2) / p.J_2,
+        (-p.d_1 * x_3 + p.d_1 * x_4 - p.k_1 * x_1 - T_r1 - p.C_1 * x_3) / p.J_1,
+        (p.d_1 * x_3 - (p.d_1 + p.d_2) * x_4 + p.d_2 * x_5 + p.k_1 * x_1 - p.k_2 * x_2 - p.T_r2 - p.C_2 * x_4) / p.J_2,
         (p.k_2 * x_2 + p.d_2 * x_4 - (p.eta**2 * p.C_m + p.d_2) * x_5 + p.eta * p.K_T * x_6 - p.eta * p.T_f) / p.J_3,
         (-p.R * x_6 - p.eta * p.K_E * x_5 + p.k_p * (omega_ref - x_5) + p.k_i * x_7) / p.L,
         omega_ref - x_5,
@@ -68,9 +70,9 @@ def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | None = None) -> FloatA
     J = np.zeros((7, 7))
     J[0, 2], J[0, 3] = 1.0, -1.0
     J[1, 3], J[1, 4] = 1.0, -1.0
-    J[2, 0], J[2, 2], J[2, 3] = -p.k_1 / p.J_1, -(slope + p.d_1) / p.J_1, p.d_1 / p.J_1
+    J[2, 0], J[2, 2], J[2, 3] = -p.k_1 / p.J_1, -(slope + p.d_1 + p.C_1) / p.J_1, p.d_1 / p.J_1
     J[3, 0], J[3, 1] = p.k_1 / p.J_2, -p.k_2 / p.J_2
-    J[3, 2], J[3, 3], J[3, 4] = p.d_1 / p.J_2, -(p.d_1 + p.d_2) / p.J_2, p.d_2 / p.J_2
+    J[3, 2], J[3, 3], J[3, 4] = p.d_1 / p.J_2, -(p.d_1 + p.d_2 + p.C_2) / p.J_2, p.d_2 / p.J_2
     J[4, 1], J[4, 3] = p.k_2 / p.J_3, p.d_2 / p.J_3
     J[4, 4], J[4, 5] = -(p.eta**2 * p.C_m + p.d_2) / p.J_3, p.eta * p.K_T / p.J_3
     J[5, 4], J[5, 5], J[5, 6] = -(p.eta * K_E + k_p) / p.L, -p.R / p.L, k_i / p.L
@@ -128,12 +130,12 @@ def equilibrium(rig: Rig, T_r1: Quantity, omega: Quantity, drive: Drive | None =
     """The state that (4-17) holds still at `omega` (rad/s) under a torque T_r1 on disc 1 (N m); shape (..., 7)."""
     T_r1, omega = np.broadcast_arrays(T_r1, omega)
     _, k_i, K_E = _speed_loop(rig, drive)
-    T_r2 = rig.T_r2
+    T_12, T_r2 = T_r1 + rig.C_1 * omega, rig.T_r2 + rig.C_2 * omega
     x = np.empty((*omega.shape, 7))
-    x[..., 0] = -T_r1 / rig.k_1
-    x[..., 1] = -(T_r1 + T_r2) / rig.k_2
+    x[..., 0] = -T_12 / rig.k_1
+    x[..., 1] = -(T_12 + T_r2) / rig.k_2
     x[..., 2] = x[..., 3] = x[..., 4] = omega
-    x[..., 5] = (rig.eta**2 * rig.C_m * omega + T_r1 + T_r2 + rig.eta * rig.T_f) / (rig.eta * rig.K_T)
+    x[..., 5] = (rig.eta**2 * rig.C_m * omega + T_12 + T_r2 + rig.eta * rig.T_f) / (rig.eta * rig.K_T)
     x[..., 6] = (rig.R * x[..., 5] + rig.eta * K_E * omega) / k_i
     return x
 
@@ -169,7 +171,7 @@ def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
 def torque_into_string(rig: Rig, state: FloatArray) -> FloatArray:
     """Torque that the drive delivers into the string, -(k_2 x_2 + d_2 (x_4 - x_5)), in N m; shape (...).
 
-    In steady rotation it is T_r1 + T_r2.
+    In steady rotation it is T_r1 + T_r2, and what viscous discs lose.
     """
     x = np.asarray(state)
     return np.asarray(-(rig.k_2 * x[..., 1] + rig.d_2 * (x[..., 3] - x[..., 4])))
@@ -190,8 +192,9 @@ def motor_power(rig: Rig, state: FloatArray) -> FloatArray:
 
 
 def dissipated_power(rig: Rig, friction: Friction, state: FloatArray) -> FloatArray:
-    """Power lost in shafts, motor friction, brake pin and to T_r2, in W; `state` of shape (..., 7), result (...)."""
+    """Power lost in shafts, motor friction, brake pin, viscous discs, to T_r2, in W; `state` (..., 7), result (...)."""
     x = np.asarray(state)
     shafts = rig.d_1 * (x[..., 2] - x[..., 3]) ** 2 + rig.d_2 * (x[..., 3] - x[..., 4]) ** 2
     motor = rig.eta**2 * rig.C_m * x[..., 4] ** 2 + rig.eta * rig.T_f * x[..., 4]
-    return np.asarray(shafts + motor + rig.T_r2 * x[..., 3] + friction.torque(rig, x[..., 2]) * x[..., 2])
+    discs = rig.C_1 * x[..., 2] ** 2 + rig.C_2 * x[..., 3] ** 2
+    return np.asarray(shafts + motor + discs + rig.T_r2 * x[..., 3] + friction.torque(rig, x[..., 2]) * x[..., 2])

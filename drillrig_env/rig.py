@@ -21,6 +21,7 @@ from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, descri
 from drillrig_env.toml import read_section, record_of, write_section
 
 _TABLE, _TEXT, _DERIVED, _IDENTIFIED = "table 4.1", "text", "derived", "identified"
+_BEYOND = "beyond the chapter"
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,12 @@ class Rig:
     T_f: float = parameter(0.1196, "N m", "internal friction torque of the motor", _IDENTIFIED, NOT_NEGATIVE)
     k_p: float = parameter(3.0, "V s/rad", "proportional gain of the speed loop", _IDENTIFIED, NOT_NEGATIVE)
     k_i: float = parameter(1.0, "V/rad", "integral gain of the speed loop", _IDENTIFIED, POSITIVE)
+    C_1: float = parameter(
+        0.0, "N m s/rad", "viscous loss of disc 1 to what is around it", _BEYOND, NOT_NEGATIVE, optional=True
+    )
+    C_2: float = parameter(
+        0.0, "N m s/rad", "viscous loss of disc 2 to what is around it", _BEYOND, NOT_NEGATIVE, optional=True
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -196,6 +196,8 @@ class Scales:
             K_T=rig.K_T / (self.torque / self.current_swing),
             K_E=rig.K_E / (volt / self.speed),
             C_m=rig.C_m / damping,
+            C_1=rig.C_1 / damping,
+            C_2=rig.C_2 / damping,
             T_f=rig.T_f / self.torque,
             k_p=rig.k_p / (volt / self.speed),
             k_i=rig.k_i / (volt / self.angle),
@@ -245,7 +247,8 @@ class Scales:
         """Current (A) of the motor at the middle of what is drawn."""
         rig = self.rig
         resistance = rig.eta * rig.T_f + rig.eta * rig.eta * rig.C_m * _SPEED * self.speed
-        return (_TORQUE * self.load + resistance) / (rig.eta * rig.K_T)
+        discs = (rig.C_1 + rig.C_2) * _SPEED * self.speed
+        return (_TORQUE * self.load + resistance + discs) / (rig.eta * rig.K_T)
 
     @property
     def _voltage(self) -> float:

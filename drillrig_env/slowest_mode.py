@@ -35,7 +35,7 @@ def slowest_period(rig: Rig) -> float:
 def slowest_damping(rig: Rig) -> float:
     """Damping (N m s/rad) of the mode, as a damper on disc 1 that takes as much power."""
     twist = rig.J_1 * _slowest(rig) / rig.k_1  # of the lower shaft, where disc 1 turns by 1
-    return rig.d_1 * twist**2 + rig.d_2 * (1.0 - twist) ** 2
+    return rig.d_1 * twist**2 + rig.d_2 * (1.0 - twist) ** 2 + (rig.C_1 + rig.C_2 * (1.0 - twist) ** 2)
 
 
 def _slowest(rig: Rig) -> float:

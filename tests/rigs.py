@@ -46,6 +46,8 @@ def scaled(time=1.0, torque=1.0, angle=1.0, rig=None):
         K_T=rig.K_T * torque,
         K_E=rig.K_E * time / angle,
         C_m=rig.C_m * damping,
+        C_1=rig.C_1 * damping,
+        C_2=rig.C_2 * damping,
         T_f=rig.T_f * torque,
         k_p=rig.k_p * time / angle,
         k_i=rig.k_i / angle,

@@ -3,8 +3,8 @@
 The rig is a chain, and so is Z(s): the motor with its speed loop, a shaft, disc 2, a shaft, disc 1,
 
     Z_3 = J_3 s + eta^2 C_m + eta K_T (eta K_E + k_p + k_i / s) / (L s + R)
-    Z_2 = J_2 s + 1 / (1 / (d_2 + k_2 / s) + 1 / Z_3)
-    Z   = J_1 s + 1 / (1 / (d_1 + k_1 / s) + 1 / Z_2).
+    Z_2 = J_2 s + C_2 + 1 / (1 / (d_2 + k_2 / s) + 1 / Z_3)
+    Z   = J_1 s + C_1 + 1 / (1 / (d_1 + k_1 / s) + 1 / Z_2).
 
 Friction of the slope sigma adds sigma to it, so that the eigenvalues of the Jacobian (4-19) are the zeros of
 Z(s) + sigma; from friction torque to bit speed the transfer function is -1 / Z(s). The integrator of the speed loop
@@ -52,9 +52,9 @@ def impedance_fraction(rig: Rig) -> Fractional:
     loop = [p["eta"] * p["K_T"] * p["k_i"], p["eta"] * p["K_T"] * (p["eta"] * p["K_E"] + p["k_p"])]
     motor = _sum(_times_s(_product(loss, armature)), loop)  # Z_3 s (L s + R)
     below_2 = _sum(_product(shaft_2, armature), motor)
-    disc_2 = _sum(_times_s(_times_s(_scaled(below_2, p["J_2"]))), _product(shaft_2, motor))  # Z_2 s below_2
+    disc_2 = _sum(_times_s(_product([p["C_2"], p["J_2"]], below_2)), _product(shaft_2, motor))  # Z_2 s below_2
     below_1 = _sum(disc_2, _product(shaft_1, below_2))
-    disc_1 = _sum(_times_s(_times_s(_scaled(below_1, p["J_1"]))), _product(shaft_1, disc_2))
+    disc_1 = _sum(_times_s(_product([p["C_1"], p["J_1"]], below_1)), _product(shaft_1, disc_2))
     return Fractional(disc_1, below_1)
 
 
@@ -64,11 +64,11 @@ def impedance(rig: Rig, s: Complex) -> tuple[Complex, Complex]:
     armature, loop = p.L * s + p.R, p.eta * p.K_T * (p.eta * p.K_E + p.k_p + p.k_i / s)
     Z = p.J_3 * s + p.eta**2 * p.C_m + loop / armature
     slope = p.J_3 - p.eta * p.K_T * p.k_i / (s**2 * armature) - p.L * loop / armature**2
-    for J, k, d in ((p.J_2, p.k_2, p.d_2), (p.J_1, p.k_1, p.d_1)):
+    for J, C, k, d in ((p.J_2, p.C_2, p.k_2, p.d_2), (p.J_1, p.C_1, p.k_1, p.d_1)):
         shaft = d + k / s
         both = shaft + Z
         slope = J + (shaft / both) ** 2 * slope - (Z / both) ** 2 * k / s**2
-        Z = J * s + shaft * Z / both
+        Z = J * s + shaft * Z / both + C
     return Z, slope
 
 
@@ -84,7 +84,7 @@ def mode_shape(rig: Rig, s: Complex) -> Complex:
     x_6 = -drive / (p.L * s + p.R)
     torque = p.J_3 * s + p.eta**2 * p.C_m - p.eta * p.K_T * x_6
     x_4 = x_5 + torque / (p.d_2 + p.k_2 / s)
-    torque = torque + p.J_2 * s * x_4
+    torque = torque + p.J_2 * s * x_4 + p.C_2 * x_4
     x_3 = x_4 + torque / (p.d_1 + p.k_1 / s)
     states = np.stack([(x_3 - x_4) / s, (x_4 - x_5) / s, x_3, x_4, x_5, x_6, -x_5 / s], axis=-1)
     return np.asarray(states / x_3[..., None])
@@ -97,10 +97,6 @@ def _exact(rig: Rig) -> dict[str, Fraction]:
 
 def _times_s(polynomial: Polynomial) -> Polynomial:
     return [Fraction(0), *polynomial]
-
-
-def _scaled(polynomial: Polynomial, factor: Fraction) -> Polynomial:
-    return [factor * value for value in polynomial]
 
 
 def _sum(a: Polynomial, b: Polynomial) -> Polynomial:

@@ -47,6 +47,8 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
             "d_2 J_2": _DAMPED * _ratio(rig.d_2, rig.J_2),
             "d_2 J_3": _DAMPED * _ratio(rig.d_2, rig.J_3),
             "eta C_m J_3": rig.eta * _ratio(rig.eta, 1.0) * _ratio(rig.C_m, rig.J_3),
+            "C_1 J_1": _ratio(rig.C_1, rig.J_1),
+            "C_2 J_2": _ratio(rig.C_2, rig.J_2),
             "R L": _ratio(rig.R, rig.L),
             "eta K_T k_p L J_3": _root(rig.eta, rig.L) * _root(rig.K_T, rig.J_3) * sqrt(k_p),
             "eta K_T K_E L J_3": rig.eta * _root(rig.K_T, rig.L) * _root(abs(K_E), rig.J_3),
@@ -61,7 +63,7 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
         state = int(np.flatnonzero(~(at_speed <= _LARGEST_STATE))[0])
         largest = f"{_LARGEST_STATE * units.states[state]:g} {STATE_UNITS[state]}"
         reason = f"a value with which {STATE_NAMES[state]} stays below {largest}"
-        _refuse(own, drive, {0: "k_1", 1: "T_r2"}.get(state, "R C_m T_f K_E eta K_T k_i"), reason)
+        _refuse(own, drive, {0: "k_1 C_1", 1: "T_r2 C_1 C_2"}.get(state, "R C_m C_1 C_2 T_f K_E eta K_T k_i"), reason)
 
 
 def with_lag(rig: Rig) -> Rig:

@@ -139,13 +139,14 @@ def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Rec
     """
     speeds, torques = work.speed_samples, work.torque_samples
     evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, SAMPLES)
-    evaluate(y, work, table.torque_from_state, table.torque_from_torque, table.torque_at_rest, torques, first, SAMPLES)
+    at_rest = table.torque_at_rest + table.torque_per_speed * speed_reference
+    evaluate(y, work, table.torque_from_state, table.torque_from_torque, at_rest, torques, first, SAMPLES)
 
 
 @inlined
 def _sample_state(y: FloatArray, speed_reference: float, table: Record, work: Record, index: int) -> None:
     """The sample of a state that lies on the grid, as entry `index`."""
-    torque = table.torque_at_rest
+    torque = table.torque_at_rest + table.torque_per_speed * speed_reference
     for k in range(7):
         torque += y[k] * table.torque_row[k]
     work.speed_samples[index], work.torque_samples[index] = y[2] + speed_reference, torque

@@ -115,6 +115,7 @@ SAMPLING = np.dtype(
         ("torque_from_torque", "f8", (NODES, SAMPLES)),
         ("torque_row", "f8", 7),
         ("torque_at_rest", "f8"),  # N m, of the equilibrium from which states are counted
+        ("torque_per_speed", "f8"),  # what 1 rad/s of the speed reference adds to it, N m s/rad
     ],
     align=True,
 )
@@ -198,6 +199,7 @@ def build_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: D
             sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
             sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
         sampling[r]["torque_row"], sampling[r]["torque_at_rest"] = torque_row, rig.T_r2
+        sampling[r]["torque_per_speed"] = rig.C_1 + rig.C_2
     rest = frictionless_state(rig, 0.0, drive)
     shift = np.zeros(1, dtype=SHIFT)
     shift["at_rest"][0, :7], shift["per_speed"][0, :7] = (
