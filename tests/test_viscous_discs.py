@@ -127,8 +127,8 @@ def test_losses_go_into_files_and_older_files_have_none(tmp_path):
 
 
 def test_fleets_may_spread_losses_and_are_otherwise_the_same():
-    plain = Fleet.around(RIG, {"k_2": 1.5}, count=4).members().rigs
-    lossy = Fleet.around(RIG, {"k_2": 1.5, "C_1": 2.0}, count=4).members().rigs
+    plain = Fleet.around(RIG, spread={"k_2": 1.5}, count=4).members().rigs
+    lossy = Fleet.around(RIG, spread={"k_2": 1.5, "C_1": 2.0}, count=4).members().rigs
     assert [rig.k_2 for rig in lossy] == [rig.k_2 for rig in plain]
     assert len({rig.C_1 for rig in lossy}) == 4
     assert all(0.5 * RIG.C_1 <= rig.C_1 <= 2.0 * RIG.C_1 for rig in lossy)
