@@ -27,7 +27,6 @@ import importlib
 import shlex
 import sys
 from collections.abc import Sequence
-from math import isfinite
 from pathlib import Path
 
 import drillrig_env
@@ -49,7 +48,7 @@ from drillrig_env.plots.own_rig import differences
 from drillrig_env.policy import policy_names
 from drillrig_env.progress import Progress
 from drillrig_env.rig import Rig
-from drillrig_env.stability import critical_slope
+from drillrig_env.stability.stable_sets import critical_fall
 
 EXAMPLE = '''\
 from baselines import Baseline
@@ -99,7 +98,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             chosen.rig,
             chosen.largest_reference,
         )
-        _check_stable(conditions.rig)
+        critical_fall(conditions.rig, "--rig")  # without one, no score could be told
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
         _print(failures)
         names = [contestant.name for contestant in contestants]
@@ -132,15 +131,6 @@ def _env_of(suites: Sequence[str]) -> str | None:
     """The environment that all of some suites are meant for, where there is one."""
     meant = {suite(name).env_id for name in suites}
     return meant.pop() if len(meant) == 1 else None
-
-
-def _check_stable(rig: Rig) -> None:
-    """Raise `ValueError` for a rig whose scores could not be told: its drive shakes by itself."""
-    if not isfinite(critical_slope(rig)):
-        raise ValueError(
-            "--rig: steady rotation of this rig is never stable, its drive shakes by itself; allowed: a rig "
-            "that is stable above one slope of friction"
-        )
 
 
 def _parser(prog: str) -> Parser:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import isfinite
+from math import isfinite, nan
 from pathlib import Path
 
 from drillrig_env.allowed import NOT_NEGATIVE, POSITIVE, File
@@ -86,8 +86,13 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
         yield _line("omega_c", _number(speed), "rad/s", about)
     except ValueError as error:
         yield _line("omega_c", "?", "rad/s", str(error))
+    fold, unknown = nan, ""
     try:
-        fold, end = float(fold_speed(rig, friction)), end_of_stick_slip(rig, friction)
+        fold = float(fold_speed(rig, friction))
+    except (ValueError, FloatingPointError) as error:
+        unknown = str(error)
+    try:
+        end = end_of_stick_slip(rig, friction)
     except (ValueError, FloatingPointError) as error:
         yield _line("fold", "?", "rad/s", str(error))
         return
@@ -95,9 +100,11 @@ def _derived(rig: Rig, friction: Friction) -> Iterator[str]:
     if end.kind == "none":
         yield _line("fold", "none", "", "no stick-slip: friction is too weak, or falls within the stick zone alone")
     elif end.kind == "grazing":
-        yield _line("fold", _number(fold), "rad/s", both)
+        yield _line("fold", _number(float(end.speed)), "rad/s", both)
     else:
-        if isfinite(fold):
+        if unknown:
+            yield _line("fold", "?", "rad/s", unknown)
+        elif isfinite(fold):
             yield _line("fold", _number(fold), "rad/s", "orbits that slip all the time end here")
         yield _line("end", _number(float(end.speed)), "rad/s", both)
 

@@ -24,7 +24,10 @@ _NEWTON_LIMIT, _EASY = 8, 4
 _CLOSED = 1e-8
 """An orbit counts as closed when it returns within this, or this share of its largest state, in their own units."""
 
-_SHORTEST_STEP, _MOST_STEPS = 1e-9, 400
+SHORTEST_STEP = 1e-9
+"""Share of the speed below which a step leads nowhere."""
+
+_MOST_STEPS = 400
 
 _HARDLY_STUCK = 0.01
 """Share of the period in the stick zone below which a branch that cannot be followed on is taken to end at grazing."""
@@ -57,17 +60,20 @@ class _Point:
         return bool(self.direction[-1] > 0.0)
 
 
-def end_of_branch(returns: ReturnMap, speed_reference: float, orbit: Passage) -> tuple[float, Kind]:
+def end_of_branch(
+    returns: ReturnMap, speed_reference: float, orbit: Passage, shortest_step: float = SHORTEST_STEP
+) -> tuple[float, Kind]:
     """The speed reference (rad/s) at which the branch of a stable stick-slip orbit ends, and how.
 
-    `orbit` is its return to the section at `speed_reference` (rad/s). Where it loses its stability on the way and does
-    not come by it again, the end is where it does.
+    `orbit` is its return to the section at `speed_reference` (rad/s), `shortest_step` the share of the speed below
+    which a branch counts as one that cannot be followed on. Where it loses its stability on the way and does not come
+    by it again, the end is where it does.
     """
     speed_unit, up = units_of(returns.rig).speed, np.eye(7)[6]
     point = _corrected(returns, _place(returns, orbit.state, speed_reference), up)
     if point is None or not point.rises or not point.is_stable:
         return speed_reference, "lost"
-    step, lost_stability = _FIRST_STEP, point.place[-1]
+    step, last_stable = _FIRST_STEP, (point, 0.0)
     for _ in range(_MOST_STEPS):
         length = step * point.place[-1] / max(point.direction[-1], 1e-3)
         after = _corrected(returns, point.place + length * point.direction, point.direction)
@@ -75,18 +81,44 @@ def end_of_branch(returns: ReturnMap, speed_reference: float, orbit: Passage) ->
             share, last = _turn(returns, point, length)
             if np.all(np.abs(last.passage.multipliers) < 1.0 + _AT_A_FOLD):
                 return float(last.place[-1] * speed_unit), "fold"
-            lost = _loss(returns, point, share * length) if point.is_stable else lost_stability
+            lost = _loss(returns, *((point, share * length) if point.is_stable else last_stable))
             return float(lost * speed_unit), "other"
         if after is None:
             step *= 0.5
-            if step < _SHORTEST_STEP:
+            if step < shortest_step:
                 break
             continue
         if point.is_stable and not after.is_stable:
-            lost_stability = _loss(returns, point, length)
+            last_stable = point, length
         point, step = after, min(1.5 * step, _LONGEST_STEP) if after.rounds <= _EASY else step
     kind: Kind = "lost" if point.passage.stuck > _HARDLY_STUCK else "grazing" if point.is_stable else "other"
-    return float((lost_stability if kind == "other" else point.place[-1]) * speed_unit), kind
+    end = _loss(returns, *last_stable) if kind == "other" else point.place[-1]
+    return float(end * speed_unit), kind
+
+
+def orbit_on_branch(returns: ReturnMap, speed_reference: float, orbit: Passage, wanted: float) -> Passage | None:
+    """The return to itself of the orbit at another speed reference, `wanted` (rad/s), on the branch of an orbit.
+
+    `orbit` is its return to the section at `speed_reference` (rad/s). None where the branch turns back before.
+    """
+    goal = wanted / units_of(returns.rig).speed
+    onwards = np.eye(7)[6] * (1.0 if wanted > speed_reference else -1.0)
+    point, step = _corrected(returns, _place(returns, orbit.state, speed_reference), onwards), _FIRST_STEP
+    while point is not None and step > SHORTEST_STEP:
+        ahead, gained = goal - point.place[-1], point.direction[-1]
+        length = step * point.place[-1] / max(abs(gained), 1e-3)
+        is_last = abs(ahead) <= length * abs(gained)
+        predicted = point.place + (ahead / gained if is_last else length) * point.direction
+        after = _corrected(returns, predicted, onwards if is_last else point.direction)
+        if after is not None and is_last:
+            return after.passage
+        if after is not None and after.direction[-1] * onwards[-1] <= 0.0:
+            return None
+        if after is None or (goal - after.place[-1]) * onwards[-1] <= 0.0:
+            step *= 0.5
+        else:
+            point, step = after, min(1.5 * step, _LONGEST_STEP)
+    return None
 
 
 def _turn(returns: ReturnMap, point: _Point, length: float) -> tuple[float, _Point]:

@@ -16,19 +16,22 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.stability.continuation import end_of_branch
+from drillrig_env.stability.continuation import SHORTEST_STEP, end_of_branch
 from drillrig_env.stability.fold import REACHES, load_of
-from drillrig_env.stability.return_map import ReturnMap
+from drillrig_env.stability.return_map import ReturnMap, speed_gained
 from drillrig_env.stability.shooting import find_stick_slip, settled_stick_slip
 from drillrig_env.stability.slipping_orbits import SlippingOrbits, slipping_orbits
 from drillrig_env.stability.stable_sets import critical_speed
-from drillrig_env.stepper.units import time_of, units_of
+from drillrig_env.stepper.units import units_of
 
 _BELOW = 0.98
 """Where the branch is taken up, as a share of the speed at which it grazes."""
 
 _FIRST_TRY, _TRIES = 0.3, 5
 """Without such a speed: the first share of the speed that a rig gains breaking loose, and tries, each at half."""
+
+_FASTEST = 1e3
+"""Speed that a rig may gain breaking loose, in its own unit: faster, the shortest steps miss the stick zone's edge."""
 
 _ABOVE, _BRANCHES = 1.02, 5
 """Where another branch is looked for above the end of one, and branches that are followed at most."""
@@ -69,11 +72,12 @@ def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     is found.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
+    _check_load(rig, friction)
     if friction.law != "exponential":
         return _of_other_law(rig, friction)
     load, v_b = load_of(rig, friction), np.asarray(friction.v_b)
     family = _family(rig, float(np.max(load)))
-    depth = family.grazing_depth(np.minimum(load, family.largest_load))
+    depth = family.grazing_depth(load)
     slips, is_narrow = np.asarray(critical_speed(rig, friction)) > rig.omega_s, v_b * rig.omega_s < _NARROW
     may_graze = slips & is_narrow & (v_b * rig.omega_s < _THIN * depth)
     deepest = float(np.max(depth, where=may_graze, initial=0.0))
@@ -81,9 +85,22 @@ def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     speed, kind = np.where(grazes, depth / v_b + rig.omega_s, np.nan), np.where(grazes, "grazing", "none").astype("U7")
     is_open = ~grazes & (slips | ~is_narrow)
     if np.any(is_open):
-        known = np.where(slips & (load <= family.largest_load), depth, np.nan)
+        known = np.where(slips, depth, np.nan)
         speed, kind = _with_followed(rig, friction, family, speed, kind, is_open, known)
     return EndOfStickSlip(speed, kind) if np.ndim(load) else EndOfStickSlip(float(speed), str(kind))
+
+
+def _check_load(rig: Rig, friction: Friction) -> None:
+    """Raise `ValueError` for a load with which the bit is too fast for where it sticks to be resolved."""
+    gained = speed_gained(rig, friction)
+    heaviest = int(np.argmax(gained))
+    largest = _FASTEST * units_of(rig).speed
+    if gained[heaviest] > largest:
+        force = float(friction.as_array()[heaviest, 0])
+        raise ValueError(
+            f"end_of_stick_slip: N_1 = {force:g} N is not allowed: breaking loose, the bit gains {gained[heaviest]:.3g}"
+            f" rad/s, too much to follow it; allowed: <= {force * largest / gained[heaviest]:.4g} N"
+        )
 
 
 def _with_followed(
@@ -162,18 +179,18 @@ def _followed(rig: Rig, friction: Friction, fold: float, may_graze: bool) -> tup
     Where stable stick-slip may end at grazing (`may_graze`), it goes on up to there, if no further.
     """
     returns = ReturnMap(rig, friction)
-    drop = float(friction.normal_force) * rig.r_1 * (float(friction.mu_s) - float(friction.mu_k))
-    first = _BELOW * fold if np.isfinite(fold) else _FIRST_TRY * drop * time_of(rig) / rig.J_1
+    first = _BELOW * fold if np.isfinite(fold) else _FIRST_TRY * float(speed_gained(rig, friction)[0])
     found: tuple[float, str] = (fold, "grazing") if may_graze and np.isfinite(fold) else (np.nan, "none")
     for halved in range(_TRIES):
         speed_reference = first / 2**halved
         orbit = find_stick_slip(returns, speed_reference) if speed_reference > rig.omega_s else None
         if orbit is not None:
             break
+    shortest_step = 0.01 * _AT_GRAZING if may_graze else SHORTEST_STEP
     for _ in range(_BRANCHES):
         if orbit is None:
             break
-        end, kind = end_of_branch(returns, speed_reference, orbit)
+        end, kind = end_of_branch(returns, speed_reference, orbit, shortest_step)
         is_at_grazing = end < fold * (1.0 + _AT_GRAZING) and (may_graze or kind == "grazing")
         found = (fold, "grazing") if is_at_grazing else (end, kind)
         speed_reference = _ABOVE * found[0]

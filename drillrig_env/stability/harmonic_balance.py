@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.rig import Rig
@@ -20,6 +21,9 @@ _TAIL = 1e-9
 _CLOSE = 1e-11
 """Newton's method has converged where its step is below this share of the depth, and of Omega and G."""
 
+_FELT = 1e-10
+"""The share of the largest friction below which what a step changes of it, where the bit is fast, is not solved for."""
+
 
 class HarmonicBalance:
     """The equations q = G L[exp(-q)] of a rig at M samples of one period, and Newton's method for them."""
@@ -28,8 +32,6 @@ class HarmonicBalance:
         self.rig, self.samples = rig, samples
         self.harmonics = np.arange(samples // 2 + 1)
         self.rates = 1j * self.harmonics * (self.harmonics < samples // 2)  # of d/d theta
-        i, j = np.indices((samples, samples))
-        self._circulant = (i - j) % samples
 
     def transfer(self, frequency: float) -> tuple[Complex, Complex]:
         """H(i k Omega) = -1 / Z of every harmonic, and its derivative with respect to Omega (rad/s)."""
@@ -56,16 +58,18 @@ class HarmonicBalance:
             residual = np.concatenate([q - answer, [q[0] + depth, derivative @ q]])
             if not np.isfinite(residual).all():
                 break
-            matrix = np.zeros((m + 2, m + 2))
-            matrix[:m, :m] = np.eye(m) + np.fft.irfft(response, m)[self._circulant] * drive
-            matrix[:m, m] = -np.fft.irfft(slope * spectrum, m) * frequency
-            matrix[:m, m + 1] = -answer
-            matrix[m, 0] = 1.0
-            matrix[m + 1, :m] = derivative
+            felt = np.flatnonzero(drive > _FELT * drive.max())
+            n = len(felt)
+            shifted = sliding_window_view(np.tile(np.fft.irfft(response, m), 2), m)[m - felt]
+            by_frequency = -np.fft.irfft(slope * spectrum, m) * frequency
+            columns = np.vstack([shifted * drive[felt, None], by_frequency, -answer]).T
+            matrix = np.vstack([np.eye(n, n + 2) + columns[felt], np.eye(1, n + 2), derivative @ columns])
+            known = np.concatenate([-residual[felt], [-residual[m], residual[m + 1] - derivative @ residual[:m]]])
             try:
-                step = np.linalg.solve(matrix, -residual)
+                solved = np.linalg.solve(matrix, known)
             except np.linalg.LinAlgError:
                 break
+            step = np.concatenate([-residual[:m] - columns @ solved, solved[n:]])
             q, frequency, log_gain = q + step[:m], frequency * np.exp(step[m]), log_gain + step[m + 1]
             if np.abs(step[:m]).max() < _CLOSE * depth and np.abs(step[m:]).max() < _CLOSE:
                 return q, float(frequency), float(log_gain)

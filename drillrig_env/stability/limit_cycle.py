@@ -9,14 +9,21 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig, RigLike
+from drillrig_env.stability.continuation import orbit_on_branch
 from drillrig_env.stability.end_of_stick_slip import end_of_stick_slip
 from drillrig_env.stability.fold import family_for, fold_speed, load_of
 from drillrig_env.stability.fourier_orbit import FourierOrbit
 from drillrig_env.stability.orbit import SIGNAL_COLUMNS, PeriodicOrbit, describe_orbit
-from drillrig_env.stability.return_map import ReturnMap
-from drillrig_env.stability.shooting import find_stick_slip
+from drillrig_env.stability.return_map import Passage, ReturnMap
+from drillrig_env.stability.shooting import find_stick_slip, settled_stick_slip
 from drillrig_env.stability.slipping_orbits import SlippingOrbits
 from drillrig_env.stability.stable_sets import critical_speed
+
+_SLOWER = (0.98, 0.9, 0.7, 0.4)
+"""Shares of a speed reference at which a branch is taken up that leads to it."""
+
+_NEAR = 1.0 - 1e-4
+"""The share of the speed at which p1 grazes from which the grazing orbit leads to it."""
 
 
 class NoOrbitError(ValueError):
@@ -35,7 +42,8 @@ def stick_slip_orbit(
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)
-    passage = find_stick_slip(ReturnMap(rig, friction), speed_reference, guess)
+    returns = ReturnMap(rig, friction)
+    passage = find_stick_slip(returns, speed_reference, guess) or _on_the_branch(returns, speed_reference)
     if passage is None:
         raise _no_stick_slip(rig, friction, speed_reference)
     return describe_orbit(rig, friction, speed_reference, passage)
@@ -82,6 +90,28 @@ def slipping_orbit_of_depth(family: SlippingOrbits, friction: Friction, depth: f
 def _check_speed(speed_reference: float) -> None:
     if not POSITIVE.holds(speed_reference):
         raise refuse("periodic orbit", "speed_reference", speed_reference, "rad/s", POSITIVE)
+
+
+def _on_the_branch(returns: ReturnMap, speed_reference: float) -> Passage | None:
+    """The orbit p1 to which no wound-up rig comes, on the branch of one at a lower speed, or of that which grazes."""
+    rig, friction = returns.rig, returns.friction
+    try:
+        end = end_of_stick_slip(rig, friction)
+    except (ValueError, FloatingPointError):
+        return None
+    if not rig.omega_s < speed_reference <= end.speed:
+        return None
+    for share in _SLOWER:
+        orbit = settled_stick_slip(returns, share * speed_reference)
+        found = orbit and orbit_on_branch(returns, share * speed_reference, orbit, speed_reference)
+        if found:
+            return found
+    if end.kind != "grazing" or friction.law != "exponential":
+        return None
+    near = max(speed_reference, _NEAR * float(end.speed))
+    guess = slipping_orbit(rig, friction, float(end.speed)).state + (near - float(end.speed)) * np.eye(7)[2]
+    orbit = find_stick_slip(returns, near, guess)
+    return orbit and orbit_on_branch(returns, near, orbit, speed_reference)
 
 
 def _no_stick_slip(rig: Rig, friction: Friction, speed_reference: float) -> NoOrbitError:

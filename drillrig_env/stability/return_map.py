@@ -6,7 +6,7 @@ there once a period, however often its bit speed passes the reference.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,17 +14,21 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
-from drillrig_env.model import equilibrium, frictionless_state, jacobian, state_equations
+from drillrig_env.friction.law import torque_in_zone, zone_of
+from drillrig_env.model import equilibrium, frictionless_state, jacobian
 from drillrig_env.rig import Rig
 from drillrig_env.stability.multipliers import multipliers_of
 from drillrig_env.stability.tangent import COLUMNS, SHORTEST, follow
 from drillrig_env.stepper.exponentials import doubled_steps
 from drillrig_env.stepper.propagator import workspace
 from drillrig_env.stepper.tables import step_tables
-from drillrig_env.stepper.units import units_of
+from drillrig_env.stepper.units import time_of, units_of
 
 _PERIOD = 0.05
 """Longest step, in the rig's own unit of time."""
+
+_THINNEST = 5e-7
+"""The edge of a stick zone that doubles resolve, as a share of the speeds that the bit gains."""
 
 _TOLERANCE = 1e-7
 """That of the steps, as for `simulate`: its own error is what is left of a gap that is closed."""
@@ -66,12 +70,30 @@ class ReturnMap:
     @cached_property
     def _stick(self) -> tuple[FloatArray, FloatArray]:
         """The flow in the stick zone over the step of each rung, and the state that holds still there at 1 rad/s."""
-        units, slope = units_of(self.rig), float(self.friction.break_loose(self.rig)) / self.rig.omega_s
+        units, slope = units_of(self.rig), float(self.friction.break_loose(self._seen)) / self._seen.omega_s
         scale = np.outer(units.states, 1.0 / units.states)
         M = jacobian(self.rig, slope) / scale * units.time
         flows, _ = doubled_steps(M, np.zeros(7), _PERIOD, np.ones(1), SHORTEST + 1)
         still = equilibrium(self.rig, slope, 1.0) - frictionless_state(self.rig, 1.0)
         return np.ascontiguousarray(flows[:, 0] * scale), still
+
+    @cached_property
+    def _seen(self) -> Rig:
+        """The rig; where its stick zone is too thin for doubles, with one as thin as they resolve."""
+        thinnest = _THINNEST * (units_of(self.rig).speed + float(speed_gained(self.rig, self.friction)[0]))
+        return replace(self.rig, omega_s=thinnest) if self.rig.omega_s < thinnest else self.rig
+
+    @cached_property
+    def _contact(self) -> np.ndarray:
+        return self.friction.contacts(self._seen, 0.0)
+
+    def _torque_at(self, speed: float) -> float:
+        contact = self._contact[0]
+        return float(torque_in_zone(zone_of(speed, contact["omega_s"], contact["knee"]), speed, contact)[0])
+
+    @cached_property
+    def _slipping(self) -> FloatArray:
+        return jacobian(self.rig)
 
     def __call__(self, state: FloatArray, speed_reference: float, with_derivative: bool = True) -> Passage | None:
         """The next passage of the section from a state (7,) at a speed reference (rad/s); None where there is none.
@@ -85,13 +107,20 @@ class ReturnMap:
         y = work["y"][0]
         y[:7] = state - at_rest
         rungs = step_tables(self.rig, period, _TOLERANCE).rungs
-        work["contact"] = self.friction.contacts(self.rig, speed_reference)
+        work["contact"] = self._contact
+        work["contact"]["speed_reference"] = speed_reference
         periods, in_stick = follow(work, derivative, rungs, *self._stick, with_derivative)
         if np.isnan(periods):
             return None
-        torque = float(self.friction.torque(self.rig, speed_reference))
-        rates = np.array(state_equations(at_rest + y[:7], speed_reference, torque, self.rig))
+        rates = self._slipping @ y[:7]
+        rates[2] -= self._torque_at(speed_reference) / self.rig.J_1
         late = y[2] / rates[2]  # less than the shortest step
         there, rates = at_rest + y[:7] - late * rates, rates / units.states
         scaled = derivative / units.states[:, None] * np.append(units.states, units.speed)
         return Passage(there, float(periods * period - late), in_stick / periods, scaled, rates)
+
+
+def speed_gained(rig: Rig, friction: Friction) -> FloatArray:
+    """The speed (rad/s) that disc 1 gains when it breaks loose, but for a factor of about 1, one entry a friction."""
+    normal_force, mu_s, mu_k, _ = friction.as_array().T
+    return np.asarray(normal_force * rig.r_1 * (mu_s - mu_k) * time_of(rig) / rig.J_1)

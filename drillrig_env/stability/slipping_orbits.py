@@ -30,7 +30,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.rig import Rig
 from drillrig_env.stability.grazing import grazing_multipliers
 from drillrig_env.stability.harmonic_balance import balance_of
-from drillrig_env.stability.stable_sets import critical_slope, stable_set
+from drillrig_env.stability.stable_sets import critical_fall, stable_set
 from drillrig_env.stepper.limits import check_computable
 
 FIRST_REACH = 12.0
@@ -42,6 +42,9 @@ FEW_SAMPLES, MANY_SAMPLES = 256, 2048
 _POINTS_A_UNIT = 12
 _POINTS_A_REACH = 60  # beyond FIRST_REACH steps grow with the depth: this many to twice the depth, and some
 _FIRST_DEPTH = 0.02
+
+_AHEAD = 5
+"""Orbits, at most, of which the next is guessed."""
 
 _EVERY = 5
 """Of every so many orbits it is found out what becomes of stick-slip where they graze."""
@@ -86,8 +89,10 @@ class SlippingOrbits:
         return CubicSpline(self.depth, np.stack([self.log_gain, self.frequency], axis=1))
 
     def grazing_depth(self, load: FloatArray) -> FloatArray:
-        """Depth of the orbit that grazes under a load, ln(v_b N_1 r_1 (mu_s - mu_k)) - v_b omega_s; NaN: none does."""
-        return np.where(load >= self.loads[0], self._depth_of_load(np.maximum(load, self.loads[0])), np.nan)
+        """Depth of the orbit that grazes under a load, ln(v_b N_1 r_1 (mu_s - mu_k)) - v_b omega_s; NaN: none here."""
+        least, largest = self.loads[0], self.largest_load
+        depth = self._depth_of_load(np.clip(load, least, largest))
+        return np.where((load >= least) & (load <= largest), depth, np.nan)
 
     @cached_property
     def _unstable_side(self) -> tuple[FloatArray, FloatArray]:
@@ -149,18 +154,24 @@ def slipping_orbits(rig: Rig, reach: float = FIRST_REACH, most_samples: int = FE
         begun = _hopf_point(rig)
     depths, gains, frequencies = list(begun.depth), list(begun.log_gain), list(begun.frequency)
     waves, ends = list(begun.waves), None
+    small = -np.cos(2.0 * np.pi * np.arange(len(waves[0])) / len(waves[0]))
+    shapes = [small, *(wave / depth for wave, depth in zip(waves[1:], depths[1:], strict=True))]
+    orbits = [np.append(orbit, shape) for *orbit, shape in zip(frequencies, gains, shapes, strict=True)]
     if begun.ends and most_samples <= FEW_SAMPLES:
         return begun
     for depth in _depths(depths[-1], reach):
         try:
-            frequency, log_gain = _ahead(depth, depths, frequencies), _ahead(depth, depths, gains)
-            wave, frequency, log_gain = _resolved(rig, depth, waves[-1], frequency, log_gain, most_samples)
+            frequency, log_gain, *shape = _ahead(depth, depths, orbits)
+            wave, frequency, log_gain = _resolved(
+                rig, depth, depth * np.array(shape), frequency, log_gain, most_samples
+            )
         except FloatingPointError as error:
             if len(depths) == 1 and most_samples == MANY_SAMPLES:
                 raise
             ends = str(error)
             break
-        for kept, value in zip((depths, gains, frequencies, waves), (depth, log_gain, frequency, wave), strict=True):
+        found = (depth, log_gain, frequency, wave, np.append([frequency, log_gain], wave / depth))
+        for kept, value in zip((depths, gains, frequencies, waves, orbits), found, strict=True):
             kept.append(value)
     return SlippingOrbits(rig, np.array(depths), np.array(gains), np.array(frequencies), tuple(waves), ends)
 
@@ -168,22 +179,20 @@ def slipping_orbits(rig: Rig, reach: float = FIRST_REACH, most_samples: int = FE
 def _hopf_point(rig: Rig) -> SlippingOrbits:
     """The family's beginning alone: the orbit of depth 0, with the form of a small one."""
     check_computable(rig)
-    slope = critical_slope(rig)
-    if slope >= 0:
-        raise ValueError(
-            "slipping_orbits: under any friction that falls with speed steady rotation of this rig is never stable: "
-            "its drive shakes by itself; see stable_slopes"
-        )
+    slope = critical_fall(rig, "slipping_orbits")
     frequency = next(low.frequency for low, _ in stable_set(rig) if low.slope == slope)
     zeros = np.zeros(64)
     return SlippingOrbits(rig, np.zeros(1), np.array([np.log(-slope)]), np.array([frequency]), (zeros,))
 
 
-def _ahead(depth: float, depths: list[float], values: list[float]) -> float:
-    """A guess at a value of the next orbit: along the last two, but for the flat beginning."""
-    if len(depths) < 3:
-        return values[-1]
-    return values[-1] + (depth - depths[-1]) / (depths[-1] - depths[-2]) * (values[-1] - values[-2])
+def _ahead(depth: float, depths: list[float], orbits: list[FloatArray]) -> FloatArray:
+    """A guess at the next orbit: the polynomial through the last few that have as many samples."""
+    last = [i for i in range(max(1, len(depths) - _AHEAD), len(depths)) if len(orbits[i]) == len(orbits[-1])]
+    if len(last) < 2:
+        return orbits[-1]
+    at, unit = np.array(depths)[last], np.eye(len(last))
+    weights = np.prod((depth - at - unit * (depth - at - 1.0)) / (at[:, None] - at + unit), axis=1)
+    return np.asarray(weights @ np.array([orbits[i] for i in last]))
 
 
 def _depths(last: float, reach: float) -> FloatArray:
@@ -198,9 +207,8 @@ def _depths(last: float, reach: float) -> FloatArray:
 def _resolved(
     rig: Rig, depth: float, wave: FloatArray, frequency: float, log_gain: float, most_samples: int
 ) -> tuple[FloatArray, float, float]:
-    """The orbit of a depth from the last one, with as many samples as it takes."""
+    """The orbit of a depth from a guess, with as many samples as it takes."""
     samples = len(wave)
-    wave = -depth * np.cos(2 * np.pi * np.arange(samples) / samples) if wave[0] == 0.0 else wave * (-depth / wave[0])
     while True:
         wave, frequency, log_gain = balance_of(rig, samples).solve(depth, wave, frequency, log_gain)
         if balance_of(rig, samples).is_resolved(wave):

@@ -43,13 +43,25 @@ def stable_slopes(rig: RigLike) -> FloatArray:
 
 
 def stable_speeds(rig: RigLike, friction: FrictionLike) -> FloatArray:
-    """The speeds (rad/s) at which steady rotation is stable under one friction, as rising open intervals; shape (n, 2).
+    """The speeds (rad/s) at which steady rotation is stable, as rising open intervals; shape (n, 2).
 
     On the law (4-9): most rigs are stable below omega_s, within the stick zone, and above the critical speed. Under a
     law that falls most steeply further up, low speeds above omega_s may be stable too. No row: never. The upper end is
-    infinite where every speed above is stable.
+    infinite where every speed above is stable. For a batch of frictions the shape is (rigs, n, 2), with rows of NaN
+    behind the intervals of those that have fewer than others.
     """
-    rig, friction = Rig.of(rig), Friction.of(friction).single()
+    rig, friction = Rig.of(rig), Friction.of(friction)
+    each = [_stable_speeds(rig, one) for one in friction.each()]
+    if np.ndim(friction.break_loose(rig)) == 0:
+        return each[0]
+    most = max(len(intervals) for intervals in each)
+    return np.array([[*intervals, *[[np.nan, np.nan]] * (most - len(intervals))] for intervals in each]).reshape(
+        len(each), most, 2
+    )
+
+
+def _stable_speeds(rig: Rig, friction: Friction) -> FloatArray:
+    """The intervals of one friction."""
     inside = np.array([[0.0, rig.omega_s]] if is_bearable(rig, float(friction.slope(rig, 0.0))) else []).reshape(-1, 2)
     speeds = [interval for interval in _speeds(rig, friction) if interval[1] > rig.omega_s]
     if len(inside) and speeds and speeds[0][0] <= rig.omega_s:
@@ -73,6 +85,20 @@ def critical_slope(rig: RigLike) -> float:
             "number; see stable_slopes"
         )
     return float(intervals[0, 0]) if len(intervals) else np.inf
+
+
+def critical_fall(rig: Rig, where: str) -> float:
+    """`critical_slope` of a rig that is stable under some friction that falls with speed (N m s/rad, negative).
+
+    Raises as that does, and `ValueError` for another rig, in a sentence that begins with `where`.
+    """
+    slope = critical_slope(rig)
+    if slope >= 0.0:
+        raise ValueError(
+            f"{where}: under any friction that falls with speed steady rotation of this rig is never stable: "
+            "its drive shakes by itself; allowed: a rig whose stable_slopes reach below 0"
+        )
+    return slope
 
 
 def critical_speed(rig: RigLike, friction: FrictionLike) -> Quantity:

@@ -10,7 +10,7 @@ other (the saltation matrix).
 
 from __future__ import annotations
 
-from math import nan
+from math import copysign, nan
 
 import numpy as np
 
@@ -70,6 +70,8 @@ def follow(
         if zone == 0:
             rung = max(rung, first + _LONGEST_IN_STICK)
             _take_stick_step(y, before, speed, stick[rung], stuck_state)
+            if approaching and abs(y[2] - before[2]) < _ROUNDING * speed:  # rounding holds it there, next to the edge
+                y[2] = copysign(contact.omega_s, y[2] + speed) - speed
             leaves = abs(y[2] + speed) >= edge
         else:
             reach = solve_nodes(y, zone, contact, rungs[rung], work)

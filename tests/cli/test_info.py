@@ -70,7 +70,8 @@ def test_impossible_numbers_are_refused_with_unit_and_range(capsys):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"J_1": 1e-5}, "harmonic balance: no orbit"),
+        ({"J_1": 1e-5}, "a load under which stick-slip is found and can be followed"),
+        ({"r_1": 700.0}, "fold          ?              rad/s      end_of_stick_slip: N_1 = 10 N is not allowed"),
         (
             {"J_1": 1e200},
             "fold          ?              rad/s      Rig: J_1 = 1e+200 kg m^2 is beyond what can be computed",

@@ -1,5 +1,6 @@
 """The end of stick-slip, against simulation on either side of it, and where it is that at grazing."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from drillrig_env import Friction, Rig
 from drillrig_env.model import wound_up
 from drillrig_env.stability import end_of_stick_slip, fold_speed, stick_slip_orbit
 from drillrig_env.stability.end_of_stick_slip import _followed
+from drillrig_env.stability.fold import load_of
 from drillrig_env.stability.grazing import grazing_multipliers
 from drillrig_env.stability.slipping_orbits import slipping_orbits
 from drillrig_env.stepper.batch import advance_batch
@@ -124,6 +126,26 @@ def test_friction_too_weak_for_stick_slip_has_no_end_of_it(friction):
 def test_rig_that_is_never_stable_is_refused():
     with pytest.raises(ValueError, match="never stable"):
         end_of_stick_slip(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0), Friction(10.0))
+
+
+def test_at_very_heavy_loads_the_end_grows_as_the_load_does():
+    """The drive and the string are linear, and friction has long fallen where the bit is fast."""
+    ends = [end_of_stick_slip(RIG, Friction(force)) for force in (3500.0, 7000.0)]
+    assert [end.kind for end in ends] == ["fold", "fold"]
+    assert ends[1].speed / ends[0].speed == pytest.approx(2.0, rel=0.03)
+
+
+def test_a_load_beyond_what_can_be_followed_is_refused_before_anything_is_looked_for(monkeypatch):
+    monkeypatch.setattr(sys.modules["drillrig_env.stability.end_of_stick_slip"], "slipping_orbits", None)
+    for rig, friction in ((RIG, Friction(2e4)), (Rig(r_1=500.0), Friction(np.array([1.0, 20.0])))):
+        with pytest.raises(ValueError, match=r"N_1 = 2.* N is not allowed: breaking loose, .*; allowed: <= [\d.]+ N"):
+            end_of_stick_slip(rig, friction)
+
+
+def test_a_load_beyond_the_family_does_not_end_at_its_last_orbit():
+    rig = Rig(d_1=0.0, d_2=0.0)
+    assert slipping_orbits(rig, 96.0).largest_load < load_of(rig, Friction(80.0))
+    assert end_of_stick_slip(rig, Friction(80.0)).speed > 97.0
 
 
 def random_rig(rng):

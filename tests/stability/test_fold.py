@@ -14,6 +14,7 @@ from drillrig_env.stability import (
     slipping_orbit,
     stick_slip_orbit,
 )
+from drillrig_env.stability.slipping_orbits import slipping_orbits
 from drillrig_env.stepper.batch import advance_batch
 
 RIG = Rig()
@@ -82,10 +83,26 @@ def test_bistable_range_is_wider_at_20_n_than_at_10_n():
     assert width[1] > width[0] > 0.5
 
 
-def test_too_heavy_a_load_is_refused(monkeypatch):
-    monkeypatch.setattr("drillrig_env.stability.fold.REACHES", (12.0,))  # further takes time
-    with pytest.raises(ValueError, match=r"N_1 r_1 \(mu_s - mu_k\) v_b"):
-        fold_speed(RIG, Friction(1e6))
+def test_too_heavy_a_load_is_refused_before_its_orbits_are_looked_for(monkeypatch):
+    asked = []
+
+    def noted(rig, reach, samples):
+        asked.append((reach, samples))
+        return slipping_orbits(rig, reach, samples)
+
+    monkeypatch.setattr("drillrig_env.stability.fold.slipping_orbits", noted)
+    for rig, force in ((RIG, 1e6), (Rig(r_1=300.0), 20.0)):
+        with pytest.raises(
+            ValueError, match=r"N_1 r_1 \(mu_s - mu_k\) v_b = .* N m s/rad is not allowed; allowed: < 1"
+        ):
+            fold_speed(rig, Friction(force))
+    assert asked == [(12.0, 256)] * 2
+
+
+def test_the_fold_of_a_deep_orbit_grows_as_the_load_does():
+    """Under heavy loads friction has long fallen where the bit is fast: all speeds go by what it falls."""
+    folds = fold_speed(RIG, Friction(np.array([150.0, 300.0, 450.0])))
+    assert np.diff(folds)[1] == pytest.approx(np.diff(folds)[0], rel=0.05)
 
 
 def still_sticks(friction, speed, states, seconds=150.0):

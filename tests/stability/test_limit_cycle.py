@@ -7,7 +7,7 @@ import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.model import steady_state
-from drillrig_env.stability import critical_speed, fold_speed, slipping_orbit, stick_slip_orbit
+from drillrig_env.stability import critical_speed, end_of_stick_slip, fold_speed, slipping_orbit, stick_slip_orbit
 from drillrig_env.stability.limit_cycle import NoOrbitError
 from drillrig_env.stability.return_map import ReturnMap
 from drillrig_env.stepper.batch import advance_batch
@@ -92,6 +92,33 @@ def test_the_orbit_is_found_and_measured_just_below_the_fold(rig, friction, shar
         state = passage.state
     np.testing.assert_allclose(state, orbit.state, atol=1e-5)
     assert passage.time == pytest.approx(orbit.period, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("rig", "friction", "share"),
+    [
+        (Rig(d_1=0.0, d_2=0.0), Friction(12.0), 0.1),  # the wound-up rig becomes calm
+        (Rig(d_1=0.0, d_2=0.0), Friction(12.0), 1e-3),
+        (Rig(omega_s=1e-11), Friction(15.0), 1e-3),
+        (Rig(omega_s=1e-8), Friction(30.0), 0.3),
+        (Rig(k_p=0.0, K_E=0.002), Friction(12.0), 1e-4),
+    ],
+)
+def test_the_orbit_is_found_up_to_the_end_though_no_wound_up_rig_comes_to_it(rig, friction, share):
+    end = end_of_stick_slip(rig, friction)
+    orbit = stick_slip_orbit(rig, friction, float(end.speed) * (1.0 - share))
+    assert orbit.stable
+    assert orbit.stuck > 0.0
+    later = advance_batch(
+        rig, friction, orbit.state[None], orbit.speed_reference, period=orbit.period / 40, periods=40, every=40
+    )[0, 0]
+    np.testing.assert_allclose(later, orbit.state, atol=2e-5)
+
+
+def test_a_stick_zone_too_thin_for_doubles_is_as_good_as_none():
+    thin, thinner = (stick_slip_orbit(Rig(omega_s=width), Friction(12.0), 1.5) for width in (1e-5, 1e-13))
+    assert thinner.period == pytest.approx(thin.period, abs=5e-5)
+    np.testing.assert_allclose(thinner.multipliers, thin.multipliers, atol=5e-5)
 
 
 def test_above_the_fold_there_is_none():

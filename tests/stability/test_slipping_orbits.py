@@ -97,24 +97,36 @@ def test_newtons_method_finds_the_orbit_from_a_wave_of_another_depth():
     assert found[1:] == pytest.approx((frequency, log_gain), abs=1e-9)
 
 
-def test_each_orbit_is_looked_for_from_the_last_scaled_to_its_depth(monkeypatch):
+def test_each_orbit_is_looked_for_where_the_last_few_lead(monkeypatch):
     """A guess leads to its orbit in a few rounds; that it was a good one shows in nothing else."""
     guesses, found, solve = [], [], HarmonicBalance.solve
 
     def watched(self, depth, q, frequency, log_gain):
-        guesses.append((depth, q))
+        guesses.append((q, frequency, log_gain))
         found.append(solve(self, depth, q, frequency, log_gain))
         return found[-1]
 
     monkeypatch.setattr(HarmonicBalance, "solve", watched)
-    family = slipping_orbits(Rig(J_2=0.0151), 1.0)
-    orbit = family.orbit(0.51)  # its nearest neighbour is the one of 6 / 12
-    np.testing.assert_allclose(orbit[0], found[-1][0])
-    neighbours = [np.cos(2 * np.pi * np.arange(64) / 64), *(q for q, _, _ in found[:-2]), family.waves[7]]
-    for (depth, guess), neighbour in zip(guesses, neighbours, strict=True):
-        neighbour = np.fft.irfft(np.fft.rfft(neighbour), len(guess)) * len(guess) / len(neighbour)  # where doubled
-        assert guess[0] == pytest.approx(-depth, rel=1e-9)
-        np.testing.assert_allclose(guess, -depth * neighbour / neighbour[0], atol=1e-9 * depth)
+    family = slipping_orbits(Rig(J_2=0.0151), 2.0)
+    for i in range(6, len(found)):
+        guess, frequency, log_gain = guesses[i]
+        np.testing.assert_allclose(guess, found[i][0], atol=2e-4)
+        assert (frequency, log_gain) == pytest.approx(found[i][1:], abs=2e-5)
+    family.orbit(0.51)  # its nearest neighbour is the one of 6 / 12
+    guess, _, _ = guesses[-1]
+    np.testing.assert_allclose(guess, 0.51 / family.depth[7] * family.waves[7], rtol=1e-12)
+
+
+def test_what_a_step_changes_where_the_bit_is_fast_need_not_be_solved_for():
+    """Deep orbits are solved for where friction is felt alone, and are those of all equations."""
+    family = slipping_orbits(Rig(J_2=0.0151), 40.0)
+    depth = float(family.depth[-1])
+    wave, frequency, log_gain = family.orbit(depth)
+    balance = HarmonicBalance(family.rig, len(wave))
+    response, _ = balance.transfer(frequency)
+    answer = np.fft.irfft(response * np.fft.rfft(np.exp(log_gain) * np.expm1(-wave)), len(wave))
+    assert np.mean(np.exp(-wave - depth) > 1e-10) < 0.6
+    np.testing.assert_allclose(wave, answer, atol=1e-9 * depth)
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")  # what diverges overflows
@@ -153,9 +165,14 @@ def test_rig_without_a_hopf_point_has_no_family():
         slipping_orbits(Rig(k_p=0.0, k_i=5.0, K_E=0.0, C_m=0.0))
 
 
-def test_a_guess_goes_on_along_the_last_two_but_for_the_flat_beginning():
-    assert _ahead(5.0, [0.0, 1.0, 3.0], [7.0, 2.0, 6.0]) == 10.0
-    assert _ahead(5.0, [0.0, 1.0], [7.0, 2.0]) == 2.0
+def test_a_guess_goes_on_along_the_last_few_but_for_the_flat_beginning():
+    orbits = [np.array([value]) for value in (7.0, 2.0, 6.0)]
+    assert _ahead(5.0, [0.0, 1.0, 3.0], orbits) == [10.0]
+    assert _ahead(5.0, [0.0, 1.0], orbits[:2]) == [2.0]
+    depths = [0.0, 0.5, 1.0, 1.5, 2.5, 3.0]
+    quartic = np.polynomial.Polynomial([1.0, -2.0, 0.5, 0.1, 0.3])
+    assert _ahead(3.5, depths, [np.array([quartic(depth)]) for depth in depths]) == pytest.approx([quartic(3.5)])
+    assert _ahead(4.0, depths, [*[np.zeros(4)] * 4, np.full(8, 1.0), np.full(8, 2.0)]) == pytest.approx(np.full(8, 4.0))
 
 
 def test_grazing_is_known_up_to_the_deepest_orbit():

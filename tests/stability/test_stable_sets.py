@@ -147,6 +147,17 @@ def test_stable_speeds_are_those_at_which_every_eigenvalue_decays(rig, friction,
     assert (points["branch"] == "e2").tolist() == expected
 
 
+def test_a_batch_has_the_intervals_of_its_frictions_one_at_a_time():
+    forces = [0.0, 0.7, 14.0]
+    batch = stable_speeds(Rig(), Friction(np.array(forces)))
+    assert batch.shape == (3, 2, 2)
+    for intervals, force in zip(batch, forces, strict=True):
+        alone = stable_speeds(Rig(), Friction(force))
+        np.testing.assert_array_equal(intervals[: len(alone)], alone)
+        assert np.isnan(intervals[len(alone) :]).all()
+    assert stable_speeds(NEVER, Friction(np.array([3.0, 9.0]))).shape == (2, 0, 2)
+
+
 def test_critical_slope_and_speed_where_the_set_is_not_above_one_number():
     assert critical_slope(SHAKY) == stable_slopes(SHAKY)[0, 0] < 0.0  # stable up to a slope that rises
     assert critical_slope(NEVER) == np.inf
