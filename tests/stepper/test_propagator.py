@@ -9,6 +9,7 @@ from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.stepper.collocation import workspace
 from drillrig_env.stepper.exponentials import RADAU_NODES
 from drillrig_env.stepper.landing import land
+from drillrig_env.stepper.propagator import _lose
 from drillrig_env.stepper.settling import split
 from drillrig_env.stepper.tables import LONGEST_PERIOD, STATE, step_tables
 from tests.reference import CASES, arguments, solve, stored
@@ -170,3 +171,10 @@ def test_samples_inside_a_period_lie_on_the_solution():
 def test_impossible_period_is_refused(period):
     with pytest.raises(ValueError, match=r"period = .* s is not allowed"):
         step_tables(Rig(), period)
+
+
+@pytest.mark.parametrize(("largest", "marked"), [(3.0, np.nan), (1e308, np.inf), (np.nan, np.inf)])
+def test_a_step_that_is_not_solved_is_marked_and_an_overflow_tells_itself_apart(largest, marked):
+    y, work = np.array([0.1, 0.2, 1.0, largest, 1.0, 0.5, 0.0, 0.0]), workspace().view(np.recarray)[0]
+    _lose.py_func(y, work)
+    np.testing.assert_array_equal(y[:7], marked)
