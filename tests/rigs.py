@@ -65,3 +65,9 @@ TWO_WINDOWS = {
     "J_2": 0.00207, "k_1": 0.0679, "k_2": 10.4,
 }  # fmt: skip
 """Changes to the chapter's: a drive that shakes by itself but in two windows of friction slopes."""
+
+STEADY_AND_WINDOW = {
+    "L": 0.116, "k_p": 0.0, "k_i": 0.345, "K_E": 0.0, "d_2": 0.00633, "d_1": 0.151, "J_3": 0.00149, "J_1": 0.0586,
+    "J_2": 0.00355, "k_1": 0.0247, "k_2": 22.1,
+}  # fmt: skip
+"""Changes to the chapter's: a rig that turns steadily without friction, and in a window of steeper slopes once more."""

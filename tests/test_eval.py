@@ -14,7 +14,7 @@ from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.policy import find_policy
 from drillrig_env.rig import Rig
-from tests.rigs import TWO_WINDOWS
+from tests.rigs import STEADY_AND_WINDOW, TWO_WINDOWS
 
 FEW = ["--suite", "default", "--rigs", "8", "--no-pictures"]
 
@@ -169,7 +169,11 @@ def test_eval_py_in_a_clone_is_the_same_command():
 
 @pytest.mark.parametrize(
     ("change", "said"),
-    [(TWO_WINDOWS, "critical_slope: this rig is stable for"), ({"k_p": 0.0, "k_i": 30.0, "K_E": 0.0}, "never stable")],
+    [
+        (TWO_WINDOWS, "lets the drive of this rig run away"),
+        ({"k_p": 0.0, "k_i": 30.0, "K_E": 0.0}, "lets the drive of this rig run away"),
+        (STEADY_AND_WINDOW, "critical_slope: this rig is stable for"),
+    ],
 )
 def test_a_rig_whose_drive_shakes_by_itself_is_refused_before_anything_runs(change, said, tmp_path, capsys):
     Rig(**change).to_toml(tmp_path / "rig.toml")

@@ -32,6 +32,7 @@ from pathlib import Path
 import drillrig_env
 from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.command_line import DONE, FAILED, Parser, command
+from drillrig_env.env.steady import check_steady
 from drillrig_env.evaluation.beginning import begin
 from drillrig_env.evaluation.contest import Contestant, Failure, config_of, run_contest
 from drillrig_env.evaluation.contestants import find_contestants
@@ -98,6 +99,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             chosen.rig,
             chosen.largest_reference,
         )
+        check_steady(conditions.rig)
         critical_fall(conditions.rig, "--rig")  # without one, no score could be told
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
         _print(failures)

@@ -16,6 +16,7 @@ from drillrig_env.env.reward import Reward
 from drillrig_env.env.scenario import LEAST_TARGET, Scenario
 from drillrig_env.env.scenario import PRESETS as SCENARIOS
 from drillrig_env.env.sensors import LONGEST_DELAY, SENSORS, Sensors
+from drillrig_env.env.steady import check_steady
 from drillrig_env.parameters import POSITIVE, checked, closest, parameter, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import CONTROL_PERIOD, DURATION, LARGEST_REFERENCE, SLEW_LIMIT, Scales
@@ -167,6 +168,7 @@ class Task:
         object.__setattr__(self, "reward", Reward.of(self.reward, scales.time))
         for name in ("noise", "delay", "drive"):
             self._read(name)
+        check_steady(self.rig, self.drive)
         if not self.targets.holds(self.scenario.speed_target):
             raise refuse("Scenario", "speed_target", self.scenario.speed_target, "rad/s", f"each {self.targets}")
         self.sensors.layout(self.noise)  # says what is wrong with the noise

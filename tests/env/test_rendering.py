@@ -11,7 +11,7 @@ from gymnasium.utils.env_checker import check_env
 
 from drillrig_env import Rig
 from drillrig_env.env.single import DrillRigEnv
-from tests.rigs import TWO_WINDOWS, scaled
+from tests.rigs import STEADY_AND_WINDOW, scaled
 
 pygame = pytest.importorskip("pygame", reason="rendering needs the extra `render` (pygame-ce)")
 
@@ -103,8 +103,8 @@ def test_extreme_episodes_can_be_drawn(env, options):
 @pytest.mark.parametrize(
     "change",
     [
-        {"k_p": 0.0, "k_i": 1000.0, "d_1": 0.0, "d_2": 0.0},
-        TWO_WINDOWS,
+        {"k_p": 0.0, "k_i": 100.0, "d_1": 0.0, "d_2": 0.0},
+        STEADY_AND_WINDOW,
         pytest.param({"J_1": 1e-5}, marks=pytest.mark.slow),
     ],
 )

@@ -22,11 +22,9 @@ def test_first_rig_and_sample_are_named():
 
 
 @pytest.mark.filterwarnings("error")
-def test_rig_that_runs_away_is_an_error_of_simulation_and_environment():
+def test_rig_that_runs_away_is_an_error_of_simulation():
     with pytest.raises(NotFiniteError, match="rig 0"):
         simulate(RUNAWAY, duration=5.0)
-    with pytest.raises(NotFiniteError, match="rig 0"):
-        _play(gym.make("DrillRig-v0", rig=RUNAWAY))
 
 
 def test_time_is_that_of_the_whole_run_and_the_name_that_of_the_call():
@@ -59,7 +57,8 @@ def test_impossible_load_never_reaches_an_observer(start):
 
 def test_stable_baselines_gets_the_error_too():
     pytest.importorskip("stable_baselines3")
-    env = make_sb3(2, seed=3, rig=RUNAWAY)
+    env = make_sb3(2, seed=3)
+    env.set_options({"normal_force": 1e300})
     env.reset()
     env = pickle.loads(pickle.dumps(env))
     with pytest.raises(NotFiniteError, match=r"rig 0 \(seed 3\)"):
