@@ -28,15 +28,18 @@ def add_rig_argument(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_friction_argument(parser: argparse._ActionsContainer) -> None:
-    """Add `--friction FILE`: the option `friction` is what the file describes, None without the flag."""
+def add_friction_argument(parser: argparse._ActionsContainer, default: str = "the chapter's") -> None:
+    """Add `--friction FILE`: the option `friction` is what the file describes, None without the flag.
+
+    `default` says in words what None stands for.
+    """
     from drillrig_env.friction import Friction
 
     parser.add_argument(
         "--friction",
         type=_reader(Friction.of),
         metavar="FILE",
-        help="a friction of your own, a TOML file with the table [friction] (default: the chapter's)",
+        help=f"a friction of your own, a TOML file with the table [friction] (default: {default})",
     )
 
 

@@ -1,6 +1,6 @@
 """Show a rig in numbers: its parameters, and what follows from them at a normal force.
 
-  drillrig info                                         # the chapter's rig at 10 N
+  drillrig info                                         # the chapter's rig at 10 N; another at what corresponds to it
   drillrig info --rig my_rig.toml --normal-force 20
   drillrig info --write my_rig.toml --write-friction my_friction.toml   # the chapter's, to edit
 
@@ -17,6 +17,7 @@ from math import isfinite, nan
 from pathlib import Path
 
 from drillrig_env.allowed import NOT_NEGATIVE, POSITIVE, File
+from drillrig_env.cli.own_rig import USUAL_FRICTION, Usual
 from drillrig_env.command_line import Parser, command
 from drillrig_env.files import check_writable_file
 from drillrig_env.flags import add_friction_argument, add_rig_argument, of_kind
@@ -31,13 +32,14 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig info") ->
     parser = Parser(prog=prog, description=__doc__)
     add = parser.add_argument
     add_rig_argument(parser)
-    add_friction_argument(parser)
+    add_friction_argument(parser, USUAL_FRICTION)
     add("--normal-force", type=of_kind(NOT_NEGATIVE, "N"), metavar="N", help="in place of the friction's own")
     add("--speed-reference", type=of_kind(POSITIVE, "rad/s"), metavar="RAD/S", help="also the orbit at this speed")
     add("--write", type=of_kind(File()), metavar="FILE", help="write the rig as a TOML file, and print nothing else")
     add("--write-friction", type=of_kind(File()), metavar="FILE", help="write the friction in the same way")
     options = parser.parse_args(arguments)
-    rig, friction = Rig.of(options.rig), Friction.of(options.friction)
+    rig, usual = Rig.of(options.rig), Usual.of(options.rig)
+    friction = usual.friction if options.friction is None else Friction.of(options.friction)
     if options.normal_force is not None:
         friction = replace(friction, normal_force=options.normal_force)
     if options.write or options.write_friction:
@@ -53,6 +55,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig info") ->
                 print(path.resolve())
         return 0
     print(rig.describe(), "", friction.describe(), "", sep="\n")
+    if options.friction is None:
+        print(f"friction: {usual.whose}; --friction FILE takes another, --normal-force N another force\n")
     for line in _derived(rig, friction):  # one by one: where a number cannot be computed, those before it are said
         print(line)
     if options.speed_reference is not None:

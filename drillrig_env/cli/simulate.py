@@ -4,22 +4,25 @@
   drillrig simulate --speed-reference 0:2 50:3.5 --normal-force 0:0 10:20 --duration 100 --picture run.png
   drillrig simulate --rig my_rig.toml --csv run.csv
 
-What changes with time is given as time:value pairs: 0:2 50:3.5 is 2 from the start and 3.5 from 50 s on. The CSV
+What changes with time is given as time:value pairs: 0:2 50:3.5 is 2 from the start and 3.5 from 50 s on. What is not
+given is what the chapter's rig has, 2 rad/s, 10 N, 60 s and 0.01 s, in the scales of the rig, and is printed. The CSV
 file has a column for every signal, in SI units: time, the seven states, the inputs, voltage and torques.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import replace
 from math import floor, isfinite, log10
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drillrig_env.allowed import POSITIVE, File
+from drillrig_env.cli.own_rig import SAMPLE_PERIOD, SPEED_REFERENCE, USUAL_FRICTION, Usual
 from drillrig_env.command_line import Parser, command
 from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
+from drillrig_env.scales import DURATION
 
 if TYPE_CHECKING:
     from drillrig_env.friction import Friction
@@ -27,6 +30,11 @@ if TYPE_CHECKING:
     from drillrig_env.simulation import Simulation
 
 _PICTURES = (".png", ".svg", ".pdf")
+
+_TAKEN = {"friction": "", "speed_reference": "rad/s", "duration": "s", "sample_period": "s"}
+"""What a run takes from the rig where it is not told, and the unit of what is a number."""
+
+_OF_FRICTION = ("normal_force", "v_b")
 
 _LEAST_SAMPLES = 20
 """Samples in the window at the end of a run, with fewer of which nobody can tell whether it is calm."""
@@ -38,11 +46,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
     parser = Parser(prog=prog, description=__doc__)
     add = parser.add_argument
     add_rig_argument(parser)
-    add_friction_argument(parser)
-    add_schedule_argument(parser, "--speed-reference", "rad/s", "of the drive (default: 2)", default=[(0.0, 2.0)])
-    add_schedule_argument(parser, "--normal-force", "N", "in place of the friction's own (the chapter's: 10)")
-    add("--duration", type=of_kind(POSITIVE, "s"), default=60.0, metavar="S", help="length of the run (default: 60)")
-    add("--sample-period", type=of_kind(POSITIVE, "s"), default=0.01, metavar="S", help="(default: 0.01)")
+    add_friction_argument(parser, USUAL_FRICTION)
+    add_schedule_argument(parser, "--speed-reference", "rad/s", f"of the drive (default: {SPEED_REFERENCE:g}, by rig)")
+    add_schedule_argument(parser, "--normal-force", "N", "in place of the friction's own (the chapter's: 10, by rig)")
+    seconds: dict[str, Any] = {"type": of_kind(POSITIVE, "s"), "metavar": "S"}
+    add("--duration", help=f"length of the run (default: {DURATION:g}, by rig)", **seconds)
+    add("--sample-period", help=f"between two samples (default: {SAMPLE_PERIOD:g}, by rig)", **seconds)
     add("--csv", type=of_kind(File()), metavar="FILE", help="write every signal there")
     add("--picture", type=of_kind(File()), metavar="FILE", help=f"draw the run; {', '.join(_PICTURES)}")
     options = parser.parse_args(arguments)
@@ -54,17 +63,15 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
 
     from drillrig_env.simulation import simulate
 
+    usual = Usual.of(options.rig)
+    given = {name: value for name, value in vars(options).items() if value is not None}
+    chosen = {name: given.get(name, getattr(usual, name)) for name in _TAKEN}
     try:
-        run = simulate(
-            options.rig,
-            options.friction,
-            speed_reference=options.speed_reference,
-            normal_force=options.normal_force,
-            duration=options.duration,
-            sample_period=options.sample_period,
-        )
+        run = simulate(options.rig, normal_force=options.normal_force, **chosen)
     except ValueError as error:
         parser.error(str(error))
+    if taken := _taken(usual, given):
+        print(f"{usual.whose}: {', '.join(taken)}")
     print(_ending(run))
     if options.csv:
         _write_csv(run, options.csv)
@@ -77,6 +84,21 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
         save_run(run, options.picture)
         print(f"picture: {options.picture.resolve()}")
     return 0
+
+
+def _taken(usual: Usual, given: Container[str]) -> list[str]:
+    """What the run took without being told, with its unit."""
+    friction = usual.friction.single()
+    numbers = {
+        "normal_force": (friction.normal_force, "N"),
+        "v_b": (friction.v_b, "s/rad"),
+        **{name: (getattr(usual, name), unit) for name, unit in _TAKEN.items() if unit},
+    }
+    return [
+        f"{name} = {value:.4g} {unit}"
+        for name, (value, unit) in numbers.items()
+        if name not in given and not (name in _OF_FRICTION and "friction" in given)
+    ]
 
 
 def _ending(run: Simulation) -> str:

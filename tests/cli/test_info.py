@@ -1,10 +1,12 @@
 import warnings
+from dataclasses import replace
 
 import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.cli.info import main
 from drillrig_env.stability import critical_speed, fold_speed, stick_slip_orbit
+from tests.rigs import scaled
 
 _WINDOW = {"L": 0.07, "k_p": 0.08, "k_i": 7.4, "K_E": 0.0835, "d_2": 0.0036, "d_1": 0.95, "J_3": 2.7, "J_1": 0.147,
            "J_2": 0.0077, "k_1": 0.0106, "k_2": 18.0}  # fmt: skip
@@ -88,7 +90,7 @@ def test_what_cannot_be_told_of_a_rig_is_a_sentence_beside_what_can(change, said
     Rig(**change).to_toml(tmp_path / "rig.toml")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert main(["--rig", str(tmp_path / "rig.toml"), "--speed-reference", "1"]) == 0
+        assert main(["--rig", str(tmp_path / "rig.toml"), "--normal-force", "10", "--speed-reference", "1"]) == 0
     printed = capsys.readouterr().out
     assert said in printed
     assert "impedance" in printed
@@ -104,3 +106,22 @@ def test_numbers_keep_their_digits_on_a_rig_of_micronewtons(tmp_path, capsys):
     text = capsys.readouterr().out
     for name, factor in (("impedance", 1e-6), ("slope_min", 1e-6), ("omega_c", 1.0), ("fold", 1.0)):
         assert number(text, name) == pytest.approx(factor * number(own, name), rel=1e-3)
+
+
+def test_friction_is_the_rigs_own_and_said_to_be(tmp_path, capsys):
+    rig = scaled(time=0.25, torque=2.0)
+    rig = replace(rig, r_1=rig.r_1 / 2.0)  # which the force makes up for
+    rig.to_toml(tmp_path / "rig.toml")
+    main([])
+    own = capsys.readouterr().out
+    main(["--rig", str(tmp_path / "rig.toml"), "--write-friction", str(tmp_path / "friction.toml")])
+    capsys.readouterr()
+    for words in ([], ["--friction", str(tmp_path / "friction.toml")]):
+        main(["--rig", str(tmp_path / "rig.toml"), *words])
+        text = capsys.readouterr().out
+        assert ("friction: the chapter's, in the scales of the rig; " in text) == (not words)
+        assert number(text, "normal_force") == pytest.approx(2.0 * number(own, "normal_force"))
+        for name in ("v_b", "slope_min", "omega_c", "fold"):
+            factor = {"v_b": 0.25, "slope_min": 0.5}.get(name, 4.0)
+            assert number(text, name) == pytest.approx(factor * number(own, name), rel=1e-3)
+    assert "friction: the chapter's; --friction FILE takes another" in own

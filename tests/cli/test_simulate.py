@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
 
-from drillrig_env import Rig, simulate
+from drillrig_env import Friction, Rig, simulate
+from drillrig_env.cli.own_rig import Usual
 from drillrig_env.cli.simulate import main
-from tests.rigs import TWO_WINDOWS
+from drillrig_env.scales import Scales
+from tests.rigs import TWO_WINDOWS, scaled
 
 
 def test_signals_are_those_of_simulate(tmp_path, capsys):
@@ -11,7 +13,8 @@ def test_signals_are_those_of_simulate(tmp_path, capsys):
     path = tmp_path / "new" / "run.csv"
     words = ["--rig", str(tmp_path / "rig.toml"), "--speed-reference", "0:2", "1:3", "--normal-force", "20"]
     assert main([*words, "--duration", "2", "--csv", str(path)]) == 0
-    run = simulate({"k_1": 0.9}, speed_reference=[(0, 2.0), (1, 3.0)], normal_force=20.0, duration=2.0)
+    rig = Rig(k_1=0.9)
+    run = simulate(rig, Scales.of(rig).friction, None, [(0, 2.0), (1, 3.0)], 2.0, 0.0102, normal_force=20.0)
     table = np.genfromtxt(path, delimiter=",", names=True)
     assert list(table.dtype.names) == list(run.signals())
     for name, values in run.signals().items():
@@ -71,7 +74,11 @@ def test_a_file_that_cannot_be_written_ends_with_code_1(tmp_path, capsys):
     ("change", "words", "said"),
     [
         ({}, ["--normal-force", "1e4"], "last 10 s: stuck; bit speed"),
-        ({"J_1": 1e-12, "J_2": 1e-12, "J_3": 1e-12}, ["--duration", "0.1"], "hold 1 samples; allowed: >= 20)"),
+        (
+            {"J_1": 1e-12, "J_2": 1e-12, "J_3": 1e-12},
+            ["--duration", "0.1", "--sample-period", "0.01"],
+            "hold 1 samples; allowed: >= 20)",
+        ),
         (
             {"J_1": 1e20, "J_2": 1e20, "J_3": 1e20},
             [],
@@ -91,5 +98,46 @@ def test_a_file_that_cannot_be_written_ends_with_code_1(tmp_path, capsys):
 )
 def test_what_cannot_be_told_of_a_run_is_said_and_not_made_up(change, words, said, tmp_path, capsys):
     Rig(**change).to_toml(tmp_path / "rig.toml")
-    assert main(["--rig", str(tmp_path / "rig.toml"), "--duration", "12", *words]) == 0
+    usual = ["--duration", "12", "--normal-force", "10", "--speed-reference", "2"]
+    assert main(["--rig", str(tmp_path / "rig.toml"), *usual, *words]) == 0
     assert said in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.125, 32.0])
+def test_what_is_not_given_belongs_to_the_rig_and_is_said(factor, tmp_path, capsys):
+    scaled(time=factor, torque=4.0).to_toml(tmp_path / "rig.toml")
+    path = tmp_path / "run.csv"
+    assert main(["--rig", str(tmp_path / "rig.toml"), "--csv", str(path)]) == 0
+    said = capsys.readouterr().out
+    usual = Usual.of(tmp_path / "rig.toml")
+    assert usual.speed_reference == pytest.approx(2.0 / factor, rel=5e-3)
+    assert usual.duration == pytest.approx(60.0 * factor, rel=5e-3)
+    assert usual.sample_period == pytest.approx(0.01 * factor, rel=5e-3)
+    assert said.startswith(
+        f"the chapter's, in the scales of the rig: normal_force = 10 N, v_b = {factor:.4g} s/rad, speed_reference = "
+        f"{usual.speed_reference:g} rad/s, duration = {usual.duration:g} s, sample_period = {usual.sample_period:g} s\n"
+    )
+    assert "not calm; bit speed" in said
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    assert len(table) == pytest.approx(6000, abs=60)
+    assert table["normal_force"][-1] == usual.friction.normal_force
+    assert table["speed_reference"][-1] == usual.speed_reference
+
+
+def test_what_is_given_is_not_said_to_be_the_rigs(tmp_path, capsys):
+    Friction(5.0, v_b=0.7).to_toml(tmp_path / "friction.toml")
+    words = ["--speed-reference", "3", "--duration", "5", "--sample-period", "0.02"]
+    main(["--normal-force", "12", "--duration", "5"])
+    assert capsys.readouterr().out.startswith(
+        "the chapter's: v_b = 1 s/rad, speed_reference = 2 rad/s, sample_period = 0.01 s\n"
+    )
+    main(["--friction", str(tmp_path / "friction.toml"), *words])
+    assert capsys.readouterr().out.startswith("last 5 s: ")
+
+
+def test_the_chapters_rig_and_one_without_scales_are_run_as_ever():
+    for rig in (None, Rig(J_1=1e22)):
+        usual = Usual.of(rig)
+        assert (usual.speed_reference, usual.duration, usual.sample_period) == (2.0, 60.0, 0.01)
+        np.testing.assert_array_equal(usual.friction.as_array(), Friction().as_array())
+        assert usual.whose == "the chapter's"
