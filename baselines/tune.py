@@ -41,11 +41,11 @@ from drillrig_env.evaluation.suites import Suite, suite
 from drillrig_env.files import check_writable_file, write_text
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import closest, refuse
-from drillrig_env.seeds import TUNING_SEEDS
+from drillrig_env.seeds import TUNING_FLEETS, TUNING_SEEDS
 
 COMMAND = "python -m baselines.tune"
 _SEEDS = Allowed(TUNING_SEEDS.start, TUNING_SEEDS[-1], whole=True)
-_SUITES = ("default", "wide", "load", "degraded")
+_SUITES = ("default", "wide", "load", "degraded", "unknown", "unknown_hard")
 _LINE = 20  # tries between two lines where the output is no terminal
 _POPULATION = 6  # tries a generation, for each gain
 _COST = 0.1  # weight of the mean cost beside the share mitigated: orders what mitigates alike
@@ -56,7 +56,12 @@ def tuning_suite(name: str, rigs: int, first_seed: int = TUNING_SEEDS.start) -> 
     last = TUNING_SEEDS.stop - rigs
     if not TUNING_SEEDS.start <= first_seed <= last:
         raise refuse("tune", "first seed", first_seed, "", f"{TUNING_SEEDS.start} to {last}, which are for tuning")
-    return replace(suite(name, rigs), first_seed=first_seed)
+    chosen = replace(suite(name, rigs), first_seed=first_seed)
+    fleet = chosen.scenario.rigs
+    if fleet is None:
+        return chosen
+    seed = TUNING_FLEETS[(first_seed - TUNING_SEEDS.start) % len(TUNING_FLEETS)]
+    return replace(chosen, scenario=replace(chosen.scenario, rigs=replace(fleet, seed=seed)))
 
 
 def scores_of(
@@ -209,7 +214,12 @@ def _parser() -> Parser:
     add("controller", help="name of the baseline")
     add("--sensors", nargs="+", choices=list(SENSORS), default=["state"], help="default: state")
     add("--suites", nargs="+", choices=_SUITES, default=["default", "load"], help="default: default load")
-    add("--rigs", type=count, default=150, help="rigs of each suite in a try (default: 150)")
+    add(
+        "--rigs",
+        type=count,
+        default=150,
+        help="rigs of each suite in a try (default: 150; of a fleet with 16 draws each)",
+    )
     add("--budget", type=count, default=240, help="tries, about (default: 240)")
     add("--seed", type=of_kind(Allowed(low=0, whole=True)), default=0, help="of the search (default: 0)")
     add("--first-seed", type=of_kind(_SEEDS), default=TUNING_SEEDS.start, help="of the rigs (default: %(default)s)")
