@@ -23,8 +23,8 @@ def add_rig_argument(parser: argparse._ActionsContainer) -> None:
         "--rig",
         type=_reader(Rig.of),
         metavar="FILE",
-        help="a rig of your own, a TOML file with the table [rig] (default: the chapter's; "
-        "`drillrig info --write FILE` writes one to begin from)",
+        help="a rig of your own, a TOML file with the table [rig], or a name: laboratory, field_2500m "
+        "(default: the chapter's; `drillrig info --write FILE` writes one to begin from)",
     )
 
 

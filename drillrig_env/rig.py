@@ -9,7 +9,7 @@ one rig to the next.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import pi, sqrt
 from pathlib import Path
@@ -17,7 +17,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, describe, parameter
+from drillrig_env.lumps import LOSS_TIME, STEEL, Tube, three_lumps
+from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, checked, closest, describe, parameter
 from drillrig_env.toml import read_section, record_of, write_section
 
 _TABLE, _TEXT, _DERIVED, _IDENTIFIED = "table 4.1", "text", "derived", "identified"
@@ -87,15 +88,63 @@ class Rig:
 
     @classmethod
     def of(cls, rig: RigLike) -> Rig:
-        """A rig as functions take it: None for the chapter's, a `Rig`, a dictionary of changes to it, or a file.
+        """A rig as functions take it: None for the chapter's, a `Rig`, a dictionary of changes to it, a name, a file.
 
         >>> Rig.of({"k_p": 1.5}) == Rig(k_p=1.5)
         True
 
-        A file is the path of a TOML file as `from_toml` reads it. Raises `ValueError` for what is none of these, for an
-        unknown name (with the closest known one) and for a value that is not allowed.
+        A name is one of `preset`; a file is the path of a TOML file as `from_toml` reads it. Raises `ValueError` for
+        what is none of these, for an unknown name (with the closest known one) and for a value that is not allowed.
         """
+        if isinstance(rig, str) and (rig in RIGS or not (Path(rig).suffix or Path(rig).exists())):
+            return cls.preset(rig)
         return record_of(cls, "rig", rig)
+
+    @classmethod
+    def from_string(
+        cls,
+        pipe: Tube | Sequence[float],
+        collars: Tube | Sequence[float],
+        top_drive: float,
+        k_p: float,
+        k_i: float,
+        *,
+        density: float = STEEL["density"],
+        shear_modulus: float = STEEL["shear_modulus"],
+        loss_time: float = LOSS_TIME,
+        omega_s: float = 1e-3,
+    ) -> Rig:
+        """A field string as a rig of three lumps: see `drillrig_env.lumps` for what is matched and what is left out.
+
+        `pipe` and `collars` are (length, outer, inner) in m, `top_drive` is the inertia of what turns at the top
+        (kg m^2). The drive is one of torque: with eta = R = K_T = r_1 = 1 and no back-EMF a volt is a newton metre, so
+        that `k_p` (N m s/rad) and `k_i` (N m/rad) act on the speed error and its integral, and N_1 mu is the torque
+        at the bit. `density` is in kg/m^3, `shear_modulus` in Pa, `loss_time` damping over stiffness in s, `omega_s`
+        the half width of the stick zone in rad/s. Raises `ValueError` for a value that is not allowed.
+
+        >>> rig = Rig.from_string((2300.0, 0.127, 0.1086), (200.0, 0.1715, 0.0714), 2900.0, k_p=38e3, k_i=100e3)
+        >>> round(rig.J_1), round(rig.J_2), round(rig.J_3), round(rig.k_1)
+        (183, 107, 2954, 819)
+        """
+        numbers = (
+            ("top_drive", top_drive, "kg m^2", NOT_NEGATIVE),
+            ("density", density, "kg/m^3", POSITIVE),
+            ("shear_modulus", shear_modulus, "Pa", POSITIVE),
+            ("loss_time", loss_time, "s", NOT_NEGATIVE),
+        )
+        top_drive, density, shear_modulus, loss_time = (checked("from_string", *each) for each in numbers)
+        lumps = three_lumps(Tube.of(pipe), Tube.of(collars), top_drive, density, shear_modulus, loss_time)
+        return cls(**lumps, k_p=k_p, k_i=k_i, omega_s=omega_s, **_TORQUE_DRIVE)
+
+    @classmethod
+    def preset(cls, name: str) -> Rig:
+        """A rig by name: "laboratory", the chapter's, or "field_2500m", a string of 2.5 km.
+
+        `RIGS` says what is behind the names. `ValueError` for an unknown one.
+        """
+        if name not in RIGS:
+            raise ValueError(f"rig {name!r} is not known; {closest(name, RIGS)}")
+        return cls(**RIGS[name])
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Rig:
@@ -110,6 +159,26 @@ class Rig:
         """Write the rig as a TOML file that `from_toml` reads back unchanged."""
         write_section(self, path, "rig")
 
+
+_TORQUE_DRIVE = {"eta": 1.0, "r_1": 1.0, "L": 0.01, "R": 1.0, "K_T": 1.0, "K_E": 0.0, "C_m": 0.0, "T_f": 0.0}
+"""A drive whose volts are newton metres at the top, 0.01 s late."""
+
+RIGS: dict[str, dict[str, float]] = {
+    "laboratory": {},
+    "field_2500m": {
+        "J_1": 182.6,  # 200 m of collars, 171.5 by 71.4 mm, and a quarter of the pipe
+        "J_2": 107.2,  # half of 2,300 m of drill pipe, 127.0 by 108.6 mm
+        "J_3": 2954.0,  # a top drive of 2,900 kg m^2 (assumed), and a quarter of the pipe
+        "k_1": 819.0,  # each twice the stiffness of the pipe, steel of 79.3 GPa and 7,850 kg/m^3
+        "k_2": 819.0,
+        "d_1": 20.0,  # assumed
+        "d_2": 20.0,
+        "k_p": 38e3,  # a stiff speed loop, N m s/rad and N m/rad (assumed)
+        "k_i": 100e3,
+        **_TORQUE_DRIVE,
+    },
+}
+"""Rigs by name, as changes to the chapter's: "laboratory" is the chapter's, "field_2500m" a string of 2.5 km."""
 
 RigLike: TypeAlias = Rig | Mapping[str, Any] | str | Path | None
 """What `Rig.of` takes."""

@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[1]
 FLOORS = [
     [
         "arrays",
+        "lumps",
         "allowed",
         "parameters",
         "toml",
