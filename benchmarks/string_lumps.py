@@ -28,8 +28,6 @@ from drillrig_env.model import jacobian
 
 PIPE, COLLARS, TOP = Tube(2300.0, 0.127, 0.1086), Tube(200.0, 0.1715, 0.0714), 2900.0  # m and kg m^2
 FRICTION = Friction(18000.0, 0.5, 0.3, 0.2)  # 9,000 to 5,400 N m at r_1 = 1 m
-_PARTS = (PIPE, COLLARS, TOP)
-GAINS = {"k_p": 38e3, "k_i": 100e3}
 DURATION, SAMPLE = 60.0, 0.005  # s
 _SHARE_OF_COLLARS = 0.08
 _LOOSE = 0.5  # rad/s, above which the bit has broken loose
@@ -39,7 +37,7 @@ class Chain:
     """A string of `lumps` discs: the lowest is the bit, the highest the top drive."""
 
     def __init__(self, lumps: int, friction: Friction) -> None:
-        self.rig = Rig.from_string(*_PARTS, **GAINS)
+        self.rig = Rig.from_string(PIPE, COLLARS, TOP, k_p=38e3, k_i=100e3)
         self.friction, self.lumps = friction, lumps
         collars = max(1, round(_SHARE_OF_COLLARS * (lumps - 1)))
         tubes = [COLLARS] * collars + [PIPE] * (lumps - 1 - collars)
