@@ -10,7 +10,6 @@ from typing import Any
 from baselines.baseline import Baseline
 from baselines.constant import Constant
 from baselines.feed_forward_start import FeedForwardStart
-from baselines.for_fleets import LQGOfFleet, SoftTorqueOfFleet, SoftTorqueOfMotor, ZTorqueOfFleet
 from baselines.jump_ease import JumpEase
 from baselines.jump_ease_estimated import JumpEaseEstimated
 from baselines.lqg import LQG
@@ -30,10 +29,6 @@ BASELINES: dict[str, type[Baseline]] = {
     "feed_forward_start": FeedForwardStart,
     "lqg": LQG,
     "mppi": MPPI,
-    "z_torque_fleet": ZTorqueOfFleet,
-    "lqg_fleet": LQGOfFleet,
-    "soft_torque_fleet": SoftTorqueOfFleet,
-    "soft_torque_motor": SoftTorqueOfMotor,
 }
 """Every baseline by name."""
 
@@ -46,13 +41,9 @@ __all__ = [
     "FeedForwardStart",
     "JumpEase",
     "JumpEaseEstimated",
-    "LQGOfFleet",
     "SoftTorque",
-    "SoftTorqueOfFleet",
-    "SoftTorqueOfMotor",
     "SpeedPulse",
     "ZTorque",
-    "ZTorqueOfFleet",
     "make",
 ]
 

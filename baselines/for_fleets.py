@@ -2,32 +2,29 @@
 
 A law that is tuned on one rig leans on it. These are the same laws with what `python -m baselines.tune NAME --suites
 unknown --sensors surface` found on a fleet of its own (`drillrig_env.seeds.TUNING_FLEETS`), for the sensors of the
-surface.
+surface. They compete where they are asked for: `drillrig evaluate baselines/for_fleets.py:LQGOfFleet --suite unknown`.
 """
 
 from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from baselines.baseline import Baseline
 from baselines.lqg import LQG
 from baselines.soft_torque import SoftTorque
 from baselines.tuned import tuned_values
 from baselines.z_torque import ZTorque
 
-_OF_THE_SURFACE = ("speed_reference", "speed_target", "voltage")
-
 
 class ZTorqueOfFleet(ZTorque):
     """`ZTorque`, tuned on a fleet; told nothing."""
 
-    channels = _OF_THE_SURFACE
     tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("z_torque_fleet")
 
 
 class LQGOfFleet(LQG):
     """`LQG`, tuned on a fleet; told nothing. Its model stays that of the nominal rig."""
 
-    channels = _OF_THE_SURFACE
     tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("lqg_fleet")
 
 
@@ -37,7 +34,6 @@ class SoftTorqueOfFleet(SoftTorque):
     Where it makes up for all of it and the motor has less, the drive is negatively damped.
     """
 
-    channels = _OF_THE_SURFACE
     tuned: ClassVar[dict[str, tuple[float, float]]] = {**SoftTorque.tuned, "back_emf_share": (0.5, 1.0)}
     tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("soft_torque_fleet")
 
@@ -45,7 +41,13 @@ class SoftTorqueOfFleet(SoftTorque):
 class SoftTorqueOfMotor(SoftTorque):
     """`SoftTorque` with a drive that knows its motor's back-EMF constant, whatever the nameplate says."""
 
-    channels = _OF_THE_SURFACE
-
     def __init__(self, *given: Any, **others: Any) -> None:
         super().__init__(*given, **{"back_emf": "motor", **others})
+
+
+OF_FLEETS: dict[str, type[Baseline]] = {
+    "z_torque_fleet": ZTorqueOfFleet,
+    "lqg_fleet": LQGOfFleet,
+    "soft_torque_fleet": SoftTorqueOfFleet,
+}
+"""What was tuned on a fleet, by its name in the record of tuning."""

@@ -28,7 +28,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from scipy.optimize import Bounds, differential_evolution
 
-from baselines import BASELINES, Baseline, make
+from baselines import BASELINES, Baseline
+from baselines.for_fleets import OF_FLEETS
 from baselines.tries import Tries
 from baselines.tuned import RECORD
 from drillrig_env.allowed import COUNT, Allowed
@@ -46,6 +47,7 @@ from drillrig_env.seeds import TUNING_FLEETS, TUNING_SEEDS
 COMMAND = "python -m baselines.tune"
 _SEEDS = Allowed(TUNING_SEEDS.start, TUNING_SEEDS[-1], whole=True)
 _SUITES = ("default", "wide", "load", "degraded", "unknown", "unknown_hard")
+_CONTROLLERS = BASELINES | OF_FLEETS
 _LINE = 20  # tries between two lines where the output is no terminal
 _POPULATION = 6  # tries a generation, for each gain
 _COST = 0.1  # weight of the mean cost beside the share mitigated: orders what mitigates alike
@@ -68,7 +70,8 @@ def scores_of(
     controller: str, values: Mapping[str, float], sensors: str, chosen: Suite
 ) -> dict[str, npt.NDArray[np.generic]]:
     """Every score of a baseline with these values, an entry a rig of the suite."""
-    return score(run(make(controller, sensors=sensors, **values), chosen, sensors=sensors, threads=1))
+    kind: Any = _CONTROLLERS[controller]
+    return score(run(kind(sensors, **values), chosen, sensors=sensors, threads=1))
 
 
 def measure(controller: str, values: Mapping[str, float], sensors: str, chosen: Suite) -> dict[str, float]:
@@ -135,10 +138,10 @@ def starting_point(controller: str, sensors: Sequence[str]) -> dict[str, float]:
 
 
 def _tunable(controller: str) -> type[Baseline]:
-    able = [name for name, kind in BASELINES.items() if kind.tuned]
+    able = [name for name, kind in _CONTROLLERS.items() if kind.tuned]
     if controller not in able:
         raise ValueError(f"tune: controller {controller!r} has no gains to tune; {closest(controller, able)}")
-    return BASELINES[controller]
+    return _CONTROLLERS[controller]
 
 
 def read_record(record: Path) -> list[dict[str, Any]]:

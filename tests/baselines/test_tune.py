@@ -4,17 +4,19 @@ import numpy as np
 import pytest
 
 from baselines import BASELINES
+from baselines.for_fleets import OF_FLEETS
 from baselines.tries import Tries
 from baselines.tune import _Shown, keep, main, measure, search, tuning_suite
 from baselines.tuned import RECORD
-from drillrig_env.seeds import EVALUATION_SEEDS, TUNING_SEEDS
+from drillrig_env.seeds import EVALUATION_SEEDS, TUNING_FLEETS, TUNING_SEEDS
 
 ENTRIES = json.loads(RECORD.read_text(encoding="utf-8"))
 
 
 def test_all_tuned_values_are_on_record_and_from_training_seeds():
     kept = {(entry["controller"], sensors) for entry in ENTRIES for sensors in entry["sensors"]}
-    assert kept == {(name, sensors) for name, kind in BASELINES.items() for sensors in kind.tuned_values}
+    tuned = BASELINES | OF_FLEETS
+    assert kept == {(name, sensors) for name, kind in tuned.items() for sensors in kind.tuned_values}
     for entry in ENTRIES:
         assert entry["first_seed"] in TUNING_SEEDS
         assert entry["first_seed"] + entry["rigs"] + entry["fresh_rigs"] - 1 in TUNING_SEEDS
@@ -151,3 +153,20 @@ def test_without_a_terminal_every_twentieth_try_is_a_line_and_no_bar_is_drawn(ca
         "lqg: 40 of about 45 tries, best 0.3900",
     ]
     assert shown.bar.tasks[0].completed == 45
+
+
+def test_fleets_to_tune_on_are_apart_from_those_that_are_judged():
+    for first in (TUNING_SEEDS.start, TUNING_SEEDS.start + 24):
+        assert tuning_suite("unknown", 4, first).scenario.rigs.seed in TUNING_FLEETS
+    one, other = (tuning_suite("unknown", 4, TUNING_SEEDS.start + k).scenario.rigs.members().rigs for k in (0, 24))
+    assert not set(one) & set(other)
+
+
+@pytest.mark.parametrize("name", OF_FLEETS)
+def test_what_was_tuned_on_a_fleet_acts_by_those_values(name):
+    entry = next(entry for entry in ENTRIES if entry["controller"] == name)
+    policy = OF_FLEETS[name]("surface")
+    assert entry["suites"] == ["unknown"]
+    assert {key: getattr(policy, key) for key in entry["values"]} == entry["values"]
+    low, high = zip(*OF_FLEETS[name].tuned.values(), strict=True)
+    assert all(a <= value <= b for a, value, b in zip(low, entry["values"].values(), high, strict=True))
