@@ -45,7 +45,7 @@ class Column:
         chosen = self.chosen(scores)
         values, seeds = scores[self.score][chosen], scores["seed"][chosen]
         names = np.unique(seeds)
-        if len(names) < 2 and scores["rig"].any():
+        if len(names) < 2 and _of_fleet(scores):
             return over_rigs(values, scores["rig"][chosen], self.statistic)
         if len(names) < 2:
             return self.statistic(values)
@@ -142,13 +142,18 @@ def differences(scores: Scores, reference: Scores) -> Row:
     for column in DIFFERENCES.columns:
         theirs = by_rig(reference, column.score).mean(axis=0)
         ours = by_rig(scores, column.score)
-        if len(ours) == 1 and scores["rig"].any():
+        if len(ours) == 1 and _of_fleet(scores):
             row[column.heading] = over_rigs(ours[0] - theirs, scores["rig"], mean)
         elif len(ours) == 1:
             row[column.heading] = difference(ours[0], theirs)
         else:
             row[column.heading] = over_seeds((ours - theirs).mean(axis=1), ours.size)
     return row
+
+
+def _of_fleet(scores: Scores) -> bool:
+    """Whether episodes differ in their rigs."""
+    return "rig" in scores and bool(scores["rig"].any())
 
 
 def best_first(results: Mapping[str, Scores]) -> list[str]:

@@ -8,6 +8,8 @@ from baselines.for_fleets import OF_FLEETS
 from baselines.tries import Tries
 from baselines.tune import _Shown, keep, main, measure, search, tuning_suite
 from baselines.tuned import RECORD
+from drillrig_env.evaluation.runner import run
+from drillrig_env.evaluation.scores import score
 from drillrig_env.seeds import EVALUATION_SEEDS, TUNING_FLEETS, TUNING_SEEDS
 
 ENTRIES = json.loads(RECORD.read_text(encoding="utf-8"))
@@ -165,8 +167,14 @@ def test_fleets_to_tune_on_are_apart_from_those_that_are_judged():
 @pytest.mark.parametrize("name", OF_FLEETS)
 def test_what_was_tuned_on_a_fleet_acts_by_those_values(name):
     entry = next(entry for entry in ENTRIES if entry["controller"] == name)
-    policy = OF_FLEETS[name]("surface")
     assert entry["suites"] == ["unknown"]
-    assert {key: getattr(policy, key) for key in entry["values"]} == entry["values"]
+    given, found = (
+        score(run(policy, tuning_suite("unknown", 2), sensors="surface"))["cost"] for policy in _both(name, entry)
+    )
+    assert (given == found).all()
     low, high = zip(*OF_FLEETS[name].tuned.values(), strict=True)
     assert all(a <= value <= b for a, value, b in zip(low, entry["values"].values(), high, strict=True))
+
+
+def _both(name, entry):
+    return OF_FLEETS[name]("surface", **entry["values"]), OF_FLEETS[name]("surface")
