@@ -41,6 +41,7 @@ _GRID = "#e1e5ea"
 _STICK_SLIP, _EITHER, _CALM = "#f2c9ac", "#f6ebdd", "#dce8f4"
 _FONTS = "dejavusans,liberationsans,arial,helvetica"
 _CHART, _MAP = pygame.Rect(850, 120, 1010, 390), pygame.Rect(850, 660, 1010, 320)
+_FORCES, _STRIDE = 60, 6  # of the map: how many, and of how many one whose fold is followed where that is slow
 
 Point = tuple[float, float]
 
@@ -149,9 +150,10 @@ def _boundaries(
     rig: Rig, mu_s: float, mu_k: float, v_b: float, law: Any, most: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Normal forces up to `most` (N), and for each the critical speed and the fold (rad/s), infinite off the map."""
-    forces = np.linspace(most / 60, most, 60)
-    critical = np.array([_critical(rig, Friction(force, mu_s, mu_k, v_b, law=law)) for force in forces.tolist()])
-    fold = np.array([_fold(rig, Friction(force, mu_s, mu_k, v_b, law=law)) for force in forces.tolist()])
+    forces = np.linspace(most / _FORCES, most, _FORCES)
+    frictions = [Friction(force, mu_s, mu_k, v_b, law=law) for force in forces.tolist()]
+    critical = np.array([_critical(rig, friction) for friction in frictions])
+    fold = _folds(rig, frictions)
     return forces, critical, np.fmax(critical, fold)  # where there is no bistable region, the fold is NaN
 
 
@@ -162,11 +164,36 @@ def _critical(rig: Rig, friction: Friction) -> float:
         return np.inf
 
 
-def _fold(rig: Rig, friction: Friction) -> float:
+def _folds(rig: Rig, frictions: list[Friction]) -> FloatArray:
+    """The fold (rad/s) for each of some frictions that go from light to heavy load.
+
+    It is a look into a table where stick-slip ends in grazing, and takes up to a second a load where the branch has to
+    be followed to its end: there every `_STRIDE`th is, and a straight line joins them.
+    """
+    found: dict[int, tuple[float, bool]] = {}
+
+    def at(place: int) -> tuple[float, bool]:
+        if place not in found:
+            found[place] = _fold(rig, frictions[place])
+        return found[place]
+
+    folds = np.empty(len(frictions))
+    for first, last in pairwise([*range(0, len(frictions) - 1, _STRIDE), len(frictions) - 1]):
+        (left, is_quick), (right, is_too) = at(first), at(last)
+        if (is_quick and is_too) or np.isfinite(left) != np.isfinite(right):
+            folds[first : last + 1] = [at(place)[0] for place in range(first, last + 1)]
+        else:
+            folds[first : last + 1] = np.linspace(left, right, last - first + 1) if np.isfinite(left) else left
+    return folds
+
+
+def _fold(rig: Rig, friction: Friction) -> tuple[float, bool]:
+    """The fold (rad/s), and whether it is quickly found: stick-slip ends in grazing, or there is none."""
     try:
-        return float(end_of_stick_slip(rig, friction).speed)
+        end = end_of_stick_slip(rig, friction)
     except (ValueError, FloatingPointError):  # too strong friction, a rig that is never stable, or no orbit found
-        return np.inf
+        return np.inf, False
+    return float(end.speed), end.kind in ("grazing", "none")
 
 
 def _steps(highest: float) -> list[float]:

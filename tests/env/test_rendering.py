@@ -9,8 +9,9 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
-from drillrig_env import Rig
+from drillrig_env import Friction, Rig
 from drillrig_env.env.single import DrillRigEnv
+from drillrig_env.stability import EndOfStickSlip
 from tests.rigs import STEADY_AND_WINDOW, scaled
 
 pygame = pytest.importorskip("pygame", reason="rendering needs the extra `render` (pygame-ce)")
@@ -215,3 +216,39 @@ def test_a_picture_of_a_scaled_rig_shows_the_scaled_episode():
             env.step(np.array([0.5], dtype=np.float32))
         frames.append(env.render())
     assert np.mean(frames[0] != frames[1]) < 0.02  # but for the numbers
+
+
+@pytest.mark.parametrize(("kind", "most"), [("grazing", 60), ("none", 60), ("fold", 11), ("other", 11), (None, 11)])
+def test_the_map_follows_few_branches_where_that_is_slow(kind, most, monkeypatch):
+    from drillrig_env.env import charts
+
+    asked = []
+
+    def end(_, friction):
+        asked.append(friction.normal_force)
+        if kind is None:
+            raise ValueError("not found")
+        return EndOfStickSlip(3.0 + friction.normal_force, kind)
+
+    monkeypatch.setattr(charts, "end_of_stick_slip", end)
+    charts._boundaries.cache_clear()
+    forces, critical, fold = charts._boundaries(Rig(), 0.5, 0.3, 1.0, "exponential", 30.0)
+    charts._boundaries.cache_clear()
+    assert len(asked) == len(set(asked)) == most
+    assert np.all(critical < fold)
+    np.testing.assert_allclose(fold, 3.0 + forces if kind else np.inf, rtol=1e-12)
+
+
+def test_the_map_is_exact_beside_the_load_from_which_on_none_is_found(monkeypatch):
+    from drillrig_env.env import charts
+
+    def end(_, friction):
+        if friction.normal_force > 17.1:
+            raise FloatingPointError("no orbit")
+        return EndOfStickSlip(friction.normal_force**2, "fold")
+
+    monkeypatch.setattr(charts, "end_of_stick_slip", end)
+    frictions = [Friction(0.5 * place) for place in range(1, 61)]
+    folds = charts._folds(Rig(), frictions)
+    np.testing.assert_array_equal(np.isfinite(folds), [0.5 * place <= 17.1 for place in range(1, 61)])
+    assert folds[33] == 17.0**2
