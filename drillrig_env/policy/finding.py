@@ -24,7 +24,7 @@ from typing import Any
 from drillrig_env.modules import load_module
 from drillrig_env.parameters import closest
 from drillrig_env.policy.contract import Policy
-from drillrig_env.policy.home import AtHome
+from drillrig_env.policy.home import AtHome, rig_environment
 
 GROUP = "drillrig.policies"
 """The group of entry points."""
@@ -128,7 +128,7 @@ def load(policy: Any, env: Any = None) -> Policy:
     """
     if env is None:
         return make_policy(policy)
-    task = env.unwrapped.task
+    task = rig_environment(env).task
     made = make_policy(policy, **context_of(task))
     if isinstance(made, AtHome):
         made.check_env(env)

@@ -18,6 +18,14 @@ _TOLD = 4
 """How many differences of an environment a warning tells; a rig that is another altogether has twenty."""
 
 
+def rig_environment(env: Any) -> Any:
+    """The environment itself, under all wrappers. `ValueError` where it is no form of `DrillRig-v0`."""
+    found = getattr(env, "unwrapped", env)
+    if not hasattr(getattr(found, "task", None), "sensors"):
+        raise refuse("policy", "environment", repr(env), "", "any form of DrillRig-v0, such as make_env() gives")
+    return found
+
+
 class AtHome(ABC):
     """A policy that knows its environment: the id `env_id`, and the arguments `env_kwargs` beside those of the id.
 
@@ -54,10 +62,10 @@ class AtHome(ABC):
     def check_env(self, env: Any) -> None:
         """Raise `ValueError` naming what of `env` this policy was not made for: sensors, drive, slew limit.
 
-        `env` is any form of `DrillRig-v0`. Another rig, noise or delay is warned of, with what differs: the policy acts
-        there, but not as it was scored.
+        `env` is any form of `DrillRig-v0`; anything else is refused. Another rig, control period, largest reference,
+        noise or delay is warned of, with what differs: the policy acts there, but not as it was scored.
         """
-        found = env.unwrapped
+        found = rig_environment(env)
         wanted = type(found.task).of({**gym.spec(self.env_id).kwargs, **self.env_kwargs})
         name = self.known_as or type(self).__name__
         remedy = "that of the policy's make_env()"
@@ -74,7 +82,15 @@ class AtHome(ABC):
             f"{what} = {getattr(found, what)} and not {getattr(wanted, what)}"
             for what in ("noise", "delay")
             if getattr(found, what) != getattr(wanted, what)
-        ] + [f"rig.{difference}" for difference in differing(found.rig, wanted.rig)]
+        ]
+        period = wanted.control_period * (found.task.scales.time / wanted.scales.time)
+        if not isclose(found.control_period, period, rel_tol=1e-9):
+            differs.append(f"control_period = {found.control_period:g} and not {period:g} s")
+        if wanted.rig == found.rig and found.task.largest_reference != wanted.largest_reference:
+            differs.append(
+                f"largest_reference = {found.task.largest_reference:g} and not {wanted.largest_reference:g} rad/s"
+            )
+        differs += [f"rig.{difference}" for difference in differing(found.rig, wanted.rig)]
         if differs:
             told, more = differs[:_TOLD], len(differs) - _TOLD
             listed = ", ".join(told) + (f" and {more} more" if more > 0 else "")

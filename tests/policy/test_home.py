@@ -45,10 +45,22 @@ def test_an_environment_that_differs_is_named():
     for change, told in (
         ({"noise": 1.0}, "noise = 1.0 and not None"),
         ({"delay": 2}, r"delay = \(2, 2\) and not None"),
+        ({"control_period": 0.05}, "control_period = 0.05 and not 0.1 s"),
+        ({"largest_reference": 10.0, "control_period": 0.25}, "control_period = 0.25 and not 0.1 s"),
+        ({"largest_reference": 8.0}, "largest_reference = 8 and not 10 rad/s"),
         ({"rig": {"k_2": 0.4}}, r"rig.k_2 = 0.4 and not 0.3659 N m/rad"),
     ):
         with pytest.warns(UserWarning, match=f"lqg: the environment is not the one it was made for, .*: {told}"):
             make_policy("lqg").check_env(gym.make("DrillRig-v0", **change))
+
+
+def test_an_agent_is_warned_of_another_period_and_a_controller_is_made_for_it():
+    env = gym.make("DrillRig-v0", control_period=0.2)
+    with pytest.warns(UserWarning, match="ppo: .*: control_period = 0.2 and not 0.1 s$"):
+        load("ppo", env=env)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load("z_torque", env=env)
 
 
 def test_a_policy_is_made_for_the_environment_that_is_given():
@@ -100,9 +112,13 @@ def test_what_was_the_rigs_own_is_the_other_rigs_own():
         assert make_policy("z_torque", **given).env_kwargs == given
 
 
-def test_observations_of_other_sensors_are_refused():
-    with pytest.raises(ValueError, match=r"shape of an observation = \(5,\).*twist_12"):
-        load("ppo").predict(np.zeros((2, 5), np.float32))
+@pytest.mark.parametrize("env", [gym.make("CartPole-v1"), "DrillRig-v0", 3], ids=["another", "its id", "a number"])
+def test_what_is_no_rig_is_refused(env):
+    for refused in (partial(load, "lqg"), load("z_torque").check_env):
+        with pytest.raises(
+            ValueError, match=r"policy: environment = .* is not allowed; allowed: any form of DrillRig-v0"
+        ):
+            refused(env)
 
 
 def test_a_policy_acts_on_a_scaled_rig_as_on_its_own():

@@ -1,0 +1,57 @@
+"""What a policy is given and cannot act on is named in one sentence, by agents and controllers alike."""
+
+import numpy as np
+import pytest
+
+from drillrig_env.policy import load
+
+POLICIES = ["ppo", "sac_soft", "lqg", "z_torque"]  # with frames and without, with memory and without
+CHANNELS = 12
+
+
+def seen(rigs=3):
+    return np.full((rigs, CHANNELS), 0.1, np.float32)
+
+
+@pytest.mark.parametrize("name", POLICIES)
+@pytest.mark.parametrize(
+    ("observation", "words"),
+    [
+        (
+            np.zeros((2, 5), np.float32),
+            r"shape of an observation = \(2, 5\) .* allowed: \(12,\) or \(n, 12\): twist_12",
+        ),
+        (np.zeros((2, 8, CHANNELS), np.float32), r"shape of an observation = \(2, 8, 12\)"),
+        (None, r"shape of an observation = \(\)"),
+        (np.where(np.arange(CHANNELS) == 2, np.nan, seen(2)), "observation of bit_speed = nan .* finite"),
+        (np.where(np.arange(CHANNELS) == 5, -np.inf, seen(1)[0]), "observation of current = -inf .* finite"),
+        (np.full((2, CHANNELS), "a"), "kind of an observation = <U1"),
+        (np.zeros((2, CHANNELS), complex), "kind of an observation = complex128"),
+    ],
+    ids=["width", "stacked", "nothing", "nan", "infinite", "text", "complex"],
+)
+def test_an_observation_that_is_none_is_refused_by_name(name, observation, words):
+    with pytest.raises(ValueError, match=f"^{name}: {words}"):
+        load(name).predict(observation)
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_flags_and_memory_of_other_rigs_are_refused(name):
+    policy = load(name)
+    _, memory = policy.predict(seen())
+    for flags in (True, [True, False], np.zeros(4, bool)):
+        with pytest.raises(ValueError, match=rf"^{name}: flags in episode_start = \d .* allowed: 3, one a rig"):
+            policy.predict(seen(), memory, flags)
+    if memory is not None:
+        with pytest.raises(ValueError, match=f"^{name}: rows of the state = 3 is not allowed; allowed: 2, one a rig"):
+            policy.predict(seen(2), memory)
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_lists_and_no_rigs_at_all_are_taken(name):
+    policy = load(name)
+    actions, memory = policy.predict(seen())
+    listed, _ = policy.predict(seen().tolist(), memory, [True, True, True])
+    np.testing.assert_allclose(listed, actions, atol=1e-6)
+    assert policy.predict(seen(0))[0].shape == (0, 1)
+    assert policy.predict(seen(1)[0], None, True)[0].shape == (1,)
