@@ -34,7 +34,10 @@ SEEDS = "seeds.json"
 TRAINED = Path(__file__).parents[1] / "trained"
 """The agents that come with the package: of each the median seed's run folder, with `seeds.json` about all seeds."""
 
-_MADE_BY = ("algorithm", "env_id", "env_kwargs", "seed", "hyperparameters")  # what a config must tell
+_MADE_BY = {"algorithm": str, "env_id": str, "env_kwargs": dict, "seed": int, "hyperparameters": dict}
+"""What a config must tell, and as what."""
+
+_KINDS = {str: "text", int: "a whole number", dict: "values by name"}
 
 
 def new_run(parent: Path, algorithm: str, folder: Path | None = None) -> Path:
@@ -118,6 +121,9 @@ def read_config(path: str | Path) -> dict[str, Any]:
     missing = [name for name in _MADE_BY if name not in config]
     if missing:
         raise ValueError(f"{file} is damaged: it does not tell {', '.join(missing)}; {remedy}")
+    for name, kind in _MADE_BY.items():
+        if not isinstance(config[name], kind):
+            raise ValueError(f"{file} is damaged: {name} = {config[name]!r}; allowed: {_KINDS[kind]}; {remedy}")
     return config
 
 

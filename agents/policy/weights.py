@@ -21,7 +21,7 @@ from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.policy.environment import environment_arguments
-from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.training.hyperparameters import algorithm_arguments, algorithm_class, hyperparameters
 from drillrig_env.env.sensors import LIMIT, Sensors
 
 _WEIGHTS, _SETTINGS = "policy.pth", "data"  # within Stable-Baselines3's archive
@@ -33,7 +33,8 @@ def load_weights(path: Path, config: Mapping[str, Any]) -> BaseAlgorithm:
     """The model of a `model.zip`, made as the run's `config` says, with the weights that the file holds.
 
     It acts as the saved one did. Optimisers and whatever else only training needs begin anew. Raises `ValueError`
-    naming the file where it is damaged, holds more than tensors, or does not fit the config.
+    naming the file where it is damaged, holds more than tensors, or does not fit the config, and where the config
+    describes no model.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -43,7 +44,10 @@ def load_weights(path: Path, config: Mapping[str, Any]) -> BaseAlgorithm:
         raise ValueError(f"{path} holds more than weights and is not read, since that could run any code") from error
     except _DAMAGED as error:
         raise ValueError(f"{path} is damaged: {_first_line(error)}; {_REMEDY}") from error
-    model = untrained_model(config)
+    try:
+        model = untrained_model(config)
+    except (ValueError, TypeError, AssertionError) as error:  # a config that was edited, or is of another version
+        raise ValueError(f"{path.parent / 'config.json'} describes no model: {_first_line(error)}") from error
     try:
         model.policy.load_state_dict(weights)
     except (RuntimeError, TypeError, AttributeError) as error:
@@ -63,7 +67,7 @@ def saved_steps(path: Path) -> int:
 
 def untrained_model(config: Mapping[str, Any]) -> BaseAlgorithm:
     """A model as the run's `config` says, without environment and before its first step."""
-    chosen = config["hyperparameters"]
+    chosen = hyperparameters(config["algorithm"], config["env_id"], table=config["hyperparameters"])
     made: Any = algorithm_class(config["algorithm"])
     model: BaseAlgorithm = made(env=None, device="cpu", _init_setup_model=False, **algorithm_arguments(chosen))
     sensors = Sensors.named(environment_arguments(config["env_id"], config["env_kwargs"])["sensors"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import Any
 
 from stable_baselines3.common.base_class import BaseAlgorithm
@@ -9,7 +10,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 from agents.policy.run_folder import find_run, load_policy, read_config
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
-from drillrig_env.parameters import refuse
+from drillrig_env.parameters import closest, refuse
 
 
 def take_weights(model: BaseAlgorithm, name: str) -> None:
@@ -32,16 +33,24 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
 
     `env` is what `drillrig_env.make_sb3` gives; the agent's frames are put around it where they are missing.
     `changes` are arguments of the algorithm in place of those of the training, such as `learning_rate`; a rate that
-    falls over a training begins anew at its start. Raises `ValueError` where `env` shows something else.
+    falls over a training begins anew at its start. Raises `ValueError` where `env` is something else or shows something
+    else, and for a change that the algorithm does not know.
 
     >>> model = load_trainable("ppo", drillrig_env.make_sb3(64, seed=0), learning_rate=1e-4)
     >>> model.learn(200_000)
     """
     config = read_config(find_run(name))
-    chosen = {**config["hyperparameters"], **changes}
+    if not isinstance(env, VecEnv):
+        raise refuse(name, "environment to learn on in", env, "", "what drillrig_env.make_sb3 gives")
+    made: Any = algorithm_class(config["algorithm"])
+    known = [argument for argument in inspect.signature(made).parameters if argument != "env"]
+    for change in changes:
+        if change not in known:
+            raise ValueError(f"{name}: {config['algorithm']} takes no argument {change!r}; {closest(change, known)}")
+    chosen = {**config["hyperparameters"], "device": "cpu", **changes}
     frames = int(chosen.get("frame_stack", 1))
     if frames > 1 and not isinstance(env, VecFrameStack):
         env = VecFrameStack(env, frames)
-    model = algorithm_class(config["algorithm"])(env=env, device="cpu", **algorithm_arguments(chosen))
+    model: BaseAlgorithm = made(env=env, **algorithm_arguments(chosen))
     take_weights(model, name)
     return model

@@ -1,5 +1,6 @@
 """To begin with an agent that knows something."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -37,7 +38,7 @@ def test_a_training_goes_on_from_an_agent_with_its_settings(run, tmp_path):
 
 
 def test_it_learns_with_a_rate_that_begins_anew(run):
-    model = load_trainable(str(run), drillrig_env.make_sb3(8, seed=0, duration=3.0))
+    model = load_trainable(str(run), drillrig_env.make_sb3(8, seed=0, duration=3.0), device="cpu")
     before = model.policy.action_net.weight.detach().numpy().copy()
     model.learn(256)
     assert model.observation_space.shape == (24,)
@@ -47,6 +48,11 @@ def test_it_learns_with_a_rate_that_begins_anew(run):
 def test_what_does_not_fit_is_refused_by_name(run, tmp_path):
     with pytest.raises(ValueError, match=r"shape of the observations"):
         load_trainable(str(run), drillrig_env.make_sb3(8, seed=0, env_id="DrillRigSurface-v0"))
+    for env in (gym.make("DrillRig-v0"), None):
+        with pytest.raises(ValueError, match=r"environment to learn on in = .*: what drillrig_env\.make_sb3"):
+            load_trainable(str(run), env)
+    with pytest.raises(ValueError, match="ppo takes no argument 'learning_rat'; did you mean learning_rate"):
+        load_trainable(str(run), drillrig_env.make_sb3(8, seed=0), learning_rat=1e-4)
     with pytest.raises(ValueError, match="env_id = DrillRigSurface-v0"):
         train(settings(tmp_path / "b", resume_from=str(run), env_id="DrillRigSurface-v0"))
     with pytest.raises(ValueError, match="algorithm = sac"):

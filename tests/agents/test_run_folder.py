@@ -134,6 +134,33 @@ def test_a_damaged_config_is_named_with_what_to_do(run):
         load_policy(run)
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"algorithm": 7}, r"is damaged: algorithm = 7; allowed: text; write it again"),
+        ({"env_kwargs": ["delay"]}, r"is damaged: env_kwargs = \['delay'\]; allowed: values by name"),
+        ({"hyperparameters": []}, r"is damaged: hyperparameters = \[\]; allowed: values by name"),
+        ({"seed": "first"}, r"is damaged: seed = 'first'; allowed: a whole number"),
+        ({"algorithm": "sacc"}, r"describes no model: algorithm 'sacc' is not known; did you mean sac\?"),
+        ({"env_id": "DrillRig-v8"}, r"describes no model: environment 'DrillRig-v8' is not known; did you mean"),
+        ({"env_kwargs": {"sensors": "stat"}}, r"describes no model: sensors = 'stat' is not known; did you mean state"),
+        ({"hyperparameters": {"frame_stack": 0}}, r"describes no model: ppo: frame_stack = 0 is not allowed"),
+        ({"hyperparameters": {"n_envs": None}}, r"describes no model: ppo: n_envs = None"),
+        ({"hyperparameters": {"gama": 0.9}}, r"describes no model: ppo: unknown hyperparameter 'gama'; did you mean"),
+        ({"hyperparameters": {"policy": "CnnPolicy"}}, r"describes no model: .* only with images"),
+    ],
+    ids=str,
+)
+def test_a_config_that_was_edited_wrongly_is_named_with_what_of_it(run, changes, words):
+    config = read_config(run)
+    edited = config | changes
+    if isinstance(changes.get("hyperparameters"), dict):
+        edited["hyperparameters"] = config["hyperparameters"] | changes["hyperparameters"]
+    (run / CONFIG).write_text(json.dumps(edited))
+    with pytest.raises(ValueError, match=rf"config\.json {words}"):
+        load_policy(run)
+
+
 def test_damaged_seeds_are_named_with_what_to_do(run):
     (run / SEEDS).write_text("{")
     with pytest.raises(ValueError, match=r"seeds\.json is damaged: .*; ship the agent again"):

@@ -72,7 +72,7 @@ def seen_calm(speed, target=3.0):
     return {name: np.array([value]) for name, value in values.items()}
 
 
-FRICTION = {name: np.array([value]) for name, value in vars(drillrig_env.Friction(20.0)).items()}
+FRICTION = {name: np.array([getattr(drillrig_env.Friction(20.0), name)]) for name in JumpEase.privileged}
 
 
 @pytest.mark.parametrize(("of_basin", "slew_limit"), [(1e3, 2.0), (1e3, 0.5), (0.06, 2.0)])

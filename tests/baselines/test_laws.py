@@ -119,7 +119,7 @@ def test_speed_pulse_lets_a_swing_be_that_is_below_shaking():
 
 
 FRICTION = Friction(20.0)
-TOLD = {name: np.array([value]) for name, value in vars(FRICTION).items()}
+TOLD = {name: np.array([getattr(FRICTION, name)]) for name in FeedForwardStart.privileged}
 STEADY = FRICTION.torque(RIG, 3.2)
 
 
