@@ -12,7 +12,7 @@ that rig's scale of its kind, which is exactly 1 on the chapter's:
 | force | load over r_1, the friction coefficients being the chapter's |
 | calming | time over that damping ratio: in which an oscillation dies |
 | twist of a shaft | torque or load over its stiffness |
-| current, voltage | what the motor needs at the middle of the drawn speeds and loads, and how far that swings |
+| current, voltage | of the motor amid the drawn speeds and loads; how far torque or viscous loss swings them |
 | integral of the speed error | voltage over k_i; over that of a drive as stiff as the chapter's where one is given |
 
 What a quantity is on average goes by load, by what it swings by torque. An episode is as long as (time + calming) / 2.
@@ -46,6 +46,7 @@ _LEAST_DAMPING = 0.1  # of the chapter rig's damping ratio; a string without any
 
 _SPEED, _TORQUE = 3.0, 0.3  # rad/s and N m: the middle of what is drawn, for the motor's current and voltage
 _SPEED_SWING, _CURRENT_SWING = 1.0, 0.5  # rad/s and A: by which speed and current of the motor swing
+_TARGETS = 2.0  # rad/s: by which the targets that are drawn differ from the middle
 
 
 _CHAPTER = Rig()
@@ -142,8 +143,11 @@ class Scales:
 
     @property
     def current_swing(self) -> float:
-        """Of changes of the current."""
-        return self.torque / (self.rig.eta * self.rig.K_T / (_CHAPTER.eta * _CHAPTER.K_T))
+        """Of changes of the current, with the torque or, where viscous losses take more, with the speed."""
+        rig = self.rig
+        with_torque = self.torque / (rig.eta * rig.K_T / (_CHAPTER.eta * _CHAPTER.K_T))
+        lost = (rig.eta * rig.eta * rig.C_m + rig.C_1 + rig.C_2) * _TARGETS * self.speed
+        return max(with_torque, lost / (rig.eta * rig.K_T) / _CURRENT_SWING)
 
     @property
     def voltage(self) -> float:

@@ -250,3 +250,24 @@ def test_episode_of_a_rig_of_the_chapters_period_is_whole_control_steps_long(rig
     assert task.control_period == 0.1
     assert task.duration != 60.0
     assert task.duration / 0.1 == pytest.approx(round(task.duration / 0.1), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"C_m": 4e-2},
+        {"C_m": 9e-3, "K_T": 0.014, "J_1": 0.004, "k_2": 0.05},
+        {"C_1": 0.4, "C_2": 1.1},
+        {"J_1": 1e-12, "J_2": 1e-12, "J_3": 1e-12},
+    ],
+    ids=["motor", "weak motor", "discs", "light"],
+)
+def test_the_current_stays_in_its_channel_where_viscous_losses_take_most_of_it(change):
+    env = gym.make_vec("DrillRig-v0", num_envs=6, rig=change)
+    env.reset(
+        seed=1,
+        options={"start": "stick_slip", "speed_target": np.linspace(*env.unwrapped.task.scenario.speed_target, 6)},
+    )
+    place = env.unwrapped.task.sensors.names.index("current")
+    seen = np.array([env.step(np.zeros((6, 1), np.float32))[0][:, place] for _ in range(100)])
+    assert 0.5 < np.abs(seen).max() < 5.0
