@@ -90,7 +90,7 @@ def compiled_rates() -> Rates:
     @numba.njit(nogil=True, error_model="numpy")
     def rates(x: FloatArray, contact: FloatArray, out: FloatArray) -> None:
         omega_ref = contact[3]
-        pressed = Contact(contact[0], contact[1], contact[2], omega_s, omega_ref)
+        pressed = Contact(contact[0], contact[1], contact[2], omega_s, omega_ref, np.inf, 0.0, 0.0, 0.0, 0)
         torque, _ = torque_in_zone(zone_of(x[2], omega_s, pressed.knee), x[2], pressed)
         out[0] = x[2] - x[3]
         out[1] = x[3] - x[4]
@@ -109,7 +109,7 @@ def compiled_jacobian() -> Rates:
 
     @numba.njit(nogil=True, error_model="numpy")
     def slopes(x: FloatArray, contact: FloatArray, out: FloatArray) -> None:
-        pressed = Contact(contact[0], contact[1], contact[2], omega_s, contact[3])
+        pressed = Contact(contact[0], contact[1], contact[2], omega_s, contact[3], np.inf, 0.0, 0.0, 0.0, 0)
         _, slope = torque_in_zone(zone_of(x[2], omega_s, pressed.knee), x[2], pressed)
         out[:] = A
         out[2, 2] += to_rates[2] * slope

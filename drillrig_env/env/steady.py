@@ -14,6 +14,7 @@ import numpy as np
 from drillrig_env.drive import Drive
 from drillrig_env.model import jacobian
 from drillrig_env.rig import Rig
+from drillrig_env.stepper.limits import with_lag
 
 _CLEAR = 1e-12
 """Beside the largest eigenvalue: how far from the imaginary axis rounding leaves no doubt on which side one lies."""
@@ -42,6 +43,7 @@ def check_steady(rig: Rig, drive: Drive | None = None) -> None:
 
 def _is_steady(rig: Rig) -> bool:
     """Whether steady rotation without friction is stable; by Routh's scheme without rounding where that is close."""
+    rig = with_lag(rig)
     with np.errstate(all="ignore"):
         found = np.linalg.eigvals(jacobian(rig))
     if found.real.max() < -_CLEAR * np.abs(found).max():

@@ -37,7 +37,8 @@ def small(folder, algorithm="ppo"):
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_what_is_watched_learns_the_same(tmp_path, algorithm):
     def validated(model):
-        agent = Agent(model, {"env_id": "DrillRig-v0", "env_kwargs": {}, "hyperparameters": {}})
+        config = {"algorithm": algorithm, "env_id": "DrillRig-v0", "env_kwargs": {}, "hyperparameters": {}}
+        agent = Agent(model, config)
         return float(validate(agent, {"duration": 3.0, "sensors": "state"}, 3).mitigated.mean())
 
     methods = [getattr(owner, name) for owner, name in METHODS]
