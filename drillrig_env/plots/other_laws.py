@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from drillrig_env.friction import Friction
 from drillrig_env.friction.contact import LAWS
 from drillrig_env.plots.own_rig import pressed
 from drillrig_env.plots.style import BIT_SPEED, BLUE, GREEN, SPEED_REFERENCE, VERMILLION, Picture, new_figure
@@ -29,14 +30,13 @@ def laws_and_borders(rig: Rig) -> Picture:
         curves.plot(speed, one.torque(rig, speed), color=color, marker=marker, markevery=50, label=law)
         forces = _FORCES * scales.force
         pressed_so = replace(one, normal_force=forces)
-        critical, end = (
-            np.asarray(critical_speed(rig, pressed_so)),
-            np.asarray(end_of_stick_slip(rig, pressed_so).speed),
-        )
+        critical = np.asarray(critical_speed(rig, pressed_so))
+        end = np.array([_end(rig, replace(one, normal_force=force)) for force in forces.tolist()])
         borders.plot(critical, forces, color=color, marker=marker)
         borders.plot(end, forces, color=color, marker=marker, ls="-.")
         at = int(np.flatnonzero(_FORCES == 10.0)[0])
-        said.append(f"{law} {critical[at]:.3f} and {end[at]:.3f} rad/s")
+        ends = f"{end[at]:.3f}" if np.isfinite(end[at]) else "an end that could not be followed, in"
+        said.append(f"{law} {critical[at]:.3f} and {ends} rad/s")
     curves.set_xlabel(BIT_SPEED)
     curves.set_ylabel(r"friction torque $T_{r_1}$, N m")
     curves.set_ylim(0.0)
@@ -50,3 +50,11 @@ def laws_and_borders(rig: Rig) -> Picture:
         f"{friction.normal_force:.4g} N, at right the critical speed (solid) and the end of stick-slip (dash-dotted) "
         f"over the normal force. At {friction.normal_force:.4g} N they are: {', '.join(said)}.",
     )
+
+
+def _end(rig: Rig, friction: Friction) -> float:
+    """Speed (rad/s) at which stick-slip ends; NaN, a gap in the picture, where it cannot be followed there."""
+    try:
+        return float(end_of_stick_slip(rig, friction).speed)
+    except ValueError:
+        return np.nan
