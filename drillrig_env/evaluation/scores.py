@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.arrays import FloatArray
+from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.evaluation.runner import Episodes
 from drillrig_env.friction import Friction
 from drillrig_env.model import steady_state, torque_into_string
@@ -41,9 +41,6 @@ Each bin holds its lower edge and not its upper one: together they hold every ri
 """
 
 
-_COEFFICIENTS = ("mu_s", "mu_k", "v_b")
-
-
 def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:
     """What tells rigs apart: target and friction, the borders that follow from them, and which side of these they lie.
 
@@ -51,8 +48,13 @@ def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.
     is q, the negative friction slope at the target over the slope that the drive can bear. `target`
     (rad/s) and all entries have shape (n,).
     """
-    omega_c = np.broadcast_to(critical_speed(rig, friction), target.shape)
-    fold = np.broadcast_to(folds(rig, friction), target.shape)
+    return _described(rig, friction, target, critical_speed(rig, friction), folds(rig, friction))
+
+
+def _described(
+    rig: Rig, friction: Friction, target: FloatArray, critical: Quantity, fold: Quantity
+) -> dict[str, npt.NDArray[np.generic]]:
+    omega_c, fold = np.broadcast_to(critical, target.shape), np.broadcast_to(fold, target.shape)
     return {
         "speed_target": target,
         "normal_force": np.asarray(friction.normal_force),
@@ -89,18 +91,10 @@ def describe_fleet(
 
 def _describe_without_fold(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:
     try:
-        omega_c = np.broadcast_to(critical_speed(rig, friction), target.shape)
+        critical = critical_speed(rig, friction)
     except ValueError:
-        omega_c = np.full(target.shape, np.inf)
-    slope = -np.asarray(friction.slope(rig, target))
-    return {
-        "speed_target": target,
-        **{name: np.broadcast_to(getattr(friction, name), target.shape) for name in ("normal_force", *_COEFFICIENTS)},
-        "critical_speed": omega_c,
-        "fold": np.full(target.shape, np.nan),
-        "region": np.where(target < omega_c, "below", "above"),
-        "hardness": slope / -critical_slope(rig),
-    }
+        critical = np.inf
+    return _described(rig, friction, target, critical, np.nan)
 
 
 def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
