@@ -63,8 +63,6 @@ class RigBank:
 
     nominal: Rig
     members: Members
-    drive: Drive | None
-    period: float
     guests: tuple[Rig, ...]
     plants: np.ndarray
     tables: TableStack
@@ -119,7 +117,8 @@ class RigBank:
 
     def indices(self, asked: Sequence[int | Rig]) -> npt.NDArray[np.intp]:
         """Where rigs, as `read` gives them, are in this bank."""
-        return np.array([self.rigs.index(rig) if isinstance(rig, Rig) else rig for rig in asked], dtype=np.intp)
+        rigs = self.rigs
+        return np.array([rigs.index(rig) if isinstance(rig, Rig) else rig for rig in asked], dtype=np.intp)
 
     def _read_one(self, asked: Any) -> int | Rig:
         if np.ndim(asked) == 0 and isinstance(asked, int | float | np.number):
@@ -151,7 +150,7 @@ def _bank(nominal: Rig, members: Members, drive: Drive | None, period: float, gu
     build = step_tables if len(rigs) == 1 else build_tables
     start = TableStack.of([build(rig, period) for rig in rigs])
     tables = start if seen is None else TableStack.of([build(rig, period, drive=seen) for rig in rigs])
-    return RigBank(nominal, members, drive, period, rigs[len(members) :], plants, tables, start)
+    return RigBank(nominal, members, rigs[len(members) :], plants, tables, start)
 
 
 def _plant(rig: Rig, nominal: Rig, drive: Drive | None, period: float) -> tuple[float, ...]:

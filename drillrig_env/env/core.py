@@ -211,8 +211,10 @@ class EpisodeBatch(PlaysTask):
         self.episodes[:] = state.episodes
         self._past[:] = state.past
         self.observations = state.observations.copy()
-        self._bank = RigBank.of(state.task, state.guests)
-        if state.task is not self._task:  # scenario, reward and slew limit may differ
+        changed = state.task is not self._task
+        if changed or state.guests != self._bank.guests:
+            self._bank = RigBank.of(state.task, state.guests)
+        if changed:  # scenario, reward and slew limit may differ
             self._task = state.task
             self._write_settings()
 

@@ -18,14 +18,8 @@ from drillrig_env.env.task import TaskLike
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
-_BOUND = (
-    "_advance",
-    "_bank",
-    "_seen",
-    "_numbers",
-    "_counts",
-    "_picture",
-)  # what only holds for the arrays of this very one
+_BOUND = ("_advance", "_bank", "_seen", "_numbers", "_counts", "_picture")
+"""What only holds for the arrays of this very one."""
 
 
 class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
