@@ -37,6 +37,10 @@ class SoftTorqueOfFleet(SoftTorque):
     tuned: ClassVar[dict[str, tuple[float, float]]] = {**SoftTorque.tuned, "back_emf_share": (0.5, 1.0)}
     tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("soft_torque_fleet")
 
+    def __init__(self, *given: Any, back_emf_share: float | None = None, **others: Any) -> None:
+        super().__init__(*given, **others)
+        self.back_emf_share = self._given_or_tuned(back_emf_share=back_emf_share)["back_emf_share"]
+
 
 class SoftTorqueOfMotor(SoftTorque):
     """`SoftTorque` with a drive that knows its motor's back-EMF constant, whatever the nameplate says."""

@@ -44,17 +44,13 @@ class SoftTorque(CountedLaw):
         slew_limit: float | None = None,
         proportional: float | None = None,
         integral: float | None = None,
-        back_emf_share: float | None = None,
+        back_emf_share: float = 1.0,
         back_emf: str = "nameplate",
         **others: Any,
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
-        given = {"proportional": proportional, "integral": integral}
-        if "back_emf_share" in self.tuned:
-            given["back_emf_share"] = back_emf_share
-        values = self._given_or_tuned(**given)
-        self.back_emf_share = values.get("back_emf_share", 1.0 if back_emf_share is None else back_emf_share)
-        self.back_emf = back_emf
+        values = self._given_or_tuned(proportional=proportional, integral=integral)
+        self.back_emf_share, self.back_emf = back_emf_share, back_emf
         self.proportional = values["proportional"]
         self.integral = values["integral"]
         least = self.plant.eta**2 * self.plant.C_m
