@@ -35,6 +35,7 @@ _OF_THE_DRIVE = ("k_p", "k_i")
 _OF_RIGS = tuple(item.name for item in fields(Rig) if item.name not in _OF_THE_DRIVE)
 _NAMES = (*_OF_RIGS, *GROUPS["friction"])
 _BESIDE = tuple(item.name for item in fields(Rig) if item.metadata["optional"])
+_FIRST = tuple(name for name in _NAMES if name not in _BESIDE)
 _FACTOR = Allowed(1.0, 1e3)
 _LARGEST = Allowed(1, 1 << 16, whole=True)
 _TRIES = 100
@@ -189,8 +190,7 @@ def _drawn(rig: Rig, nominal: Rig, spread: tuple[tuple[str, float], ...], count:
                 f"Fleet: of {_TRIES * count} draws {len(found)} turn steadily with the nominal drive; allowed: a "
                 "smaller spread, or another rig"
             )
-        names = [name for name in _NAMES if name not in _BESIDE]
-        uniform = dict(zip(names, random.random(len(names)).tolist(), strict=True))
+        uniform = dict(zip(_FIRST, random.random(len(_FIRST)).tolist(), strict=True))
         uniform |= dict(zip(_BESIDE, beside.random(len(_BESIDE)).tolist(), strict=True))
         factors = {name: factor ** (2.0 * uniform[name] - 1.0) for name, factor in spread}
         changes = {name: getattr(rig, name) * factors[name] for name in _OF_RIGS if name in factors}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -71,8 +72,7 @@ def over_rigs(
     names, rigs = np.unique(rigs, return_inverse=True)
     if len(names) < 2:
         return statistic(values)
-    drawn = np.random.default_rng(_SEED).integers(len(names), size=(_RESAMPLES, len(names)))
-    times = np.stack([np.bincount(row, minlength=len(names)) for row in drawn])
+    times = _times_drawn(len(names))
     if statistic is median:
         order = np.argsort(values, kind="stable")
         reached = np.cumsum(times[:, rigs[order]], axis=1)
@@ -83,6 +83,13 @@ def over_rigs(
         found, resampled = values.mean(), (times @ sums) / (times @ counts)
     low, high = np.quantile(resampled, (0.025, 0.975))
     return Estimate(float(found), float(low), float(high), len(values))
+
+
+@lru_cache(maxsize=8)
+def _times_drawn(rigs: int) -> npt.NDArray[np.intp]:
+    """How often each of some rigs is drawn in each resample; shape (_RESAMPLES, rigs)."""
+    drawn = np.random.default_rng(_SEED).integers(rigs, size=(_RESAMPLES, rigs))
+    return np.stack([np.bincount(row, minlength=rigs) for row in drawn])
 
 
 def over_seeds(values: Sequence[float] | npt.NDArray[np.float64], count: int) -> Estimate:

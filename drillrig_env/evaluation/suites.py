@@ -137,18 +137,18 @@ def unknown_hard_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
     return _of_fleet("unknown_hard", "rigs that nobody knows at all, seen late", spread, (1, 4), rigs, scales)
 
 
-SUITES: dict[str, Callable[[int, Scales], Suite]] = {
+_OF_ONE_RIG: dict[str, Callable[[int, Scales], Suite]] = {
     "chapter": chapter_suite,
     "default": default_suite,
     "wide": wide_suite,
     "load": load_suite,
     "degraded": degraded_suite,
-    "unknown": unknown_suite,
-    "unknown_hard": unknown_hard_suite,
 }
+
+SUITES = _OF_ONE_RIG | {"unknown": unknown_suite, "unknown_hard": unknown_hard_suite}
 """Every suite by name, in the order of the results."""
 
-OF_ONE_RIG = tuple(name for name in SUITES if not name.startswith("unknown"))
+OF_ONE_RIG = tuple(_OF_ONE_RIG)
 """The suites whose episodes all have the same rig."""
 
 DRAWS = 16
