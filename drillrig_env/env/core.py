@@ -16,8 +16,9 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.env.attributes import PlaysTask, check_changeable
 from drillrig_env.env.bank import RigBank
 from drillrig_env.env.kernel import EPISODE, SETTINGS, observe_episodes, scratch, step_episodes
+from drillrig_env.env.pins import check_pins
 from drillrig_env.env.reward import TERMS
-from drillrig_env.env.scenario import STARTS, check_pins
+from drillrig_env.env.scenario import STARTS
 from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
 from drillrig_env.env.starts import begin_episodes
 from drillrig_env.env.state import EnvironmentState

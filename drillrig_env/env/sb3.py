@@ -13,7 +13,7 @@ from gymnasium.error import ResetNeeded
 from drillrig_env.env.attributes import set_for_all
 from drillrig_env.env.generators import check_seed
 from drillrig_env.env.many import ManyRigs, check_actions
-from drillrig_env.env.scenario import options_of, pins_of
+from drillrig_env.env.pins import options_of, pins_of
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.task import TaskLike
 from drillrig_env.extras import missing

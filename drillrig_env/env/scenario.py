@@ -1,4 +1,4 @@
-"""What an episode draws: rig, target, friction, start and load; and how `reset(options=...)` pins any of it."""
+"""What an episode draws: rig, target, friction, start and load."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from drillrig_env.allowed import SHARE, Allowed, Made, Span
 from drillrig_env.arrays import FloatArray, Quantity
@@ -29,16 +28,6 @@ UNIFORMS = 12
 
 LEAST_TARGET = 0.01
 """Lowest speed target on the chapter's rig (rad/s); far below it the reward's share of the target loses its meaning."""
-
-_PINS: dict[str, tuple[str, Allowed]] = {
-    "normal_force": ("N", NOT_NEGATIVE),
-    "mu_s": ("", NOT_NEGATIVE),
-    "mu_k": ("", NOT_NEGATIVE),
-    "v_b": ("s/rad", POSITIVE),
-    "speed_target": ("rad/s", POSITIVE),
-}
-PINS = (*_PINS, "rig", "start", "load_steps")
-"""The keys that `reset(options=...)` understands."""
 
 _LEAST_MU_RATIO = 1.05
 
@@ -156,9 +145,9 @@ class Scenario:
     ) -> Draws:
         """Turn uniform numbers of shape (n, UNIFORMS) into n episodes of `duration` s, pinned as told.
 
-        `pins` are checked options, as from `check_pins`; "rig" is an index there. `rig_friction`, of shape (rigs, 3),
-        has for each rig of the bank the factors of mu_k, of mu_s - mu_k and of v_b; those drawn are its first ones, as
-        many as the fleet has.
+        `pins` are checked options, as from `drillrig_env.env.pins.check_pins`, but that "rig" is an index there.
+        `rig_friction`, of shape (rigs, 3), has for each rig of the bank the factors of mu_k, of mu_s - mu_k and of v_b;
+        those drawn are its first ones, as many as the fleet has.
         """
         if self.candidates > 1:
             one = replace(self, candidates=1)
@@ -237,85 +226,6 @@ PRESETS: dict[str, Scenario] = {
 def _preset_at(name: str, scales: Scales) -> Scenario:
     """A preset on a rig with such scales: always the same record, so that tasks can be compared."""
     return PRESETS[name].at(scales)
-
-
-def check_pins(
-    options: Mapping[str, Any] | None, rigs: int, duration: float, targets: Allowed = POSITIVE
-) -> dict[str, Any]:
-    """The options of a reset, checked: numbers (or one entry a rig), a start, a list of load steps.
-
-    `duration` (s) is that of an episode, and `targets` are the speed targets (rad/s) that the task allows.
-
-    Raises `ValueError` for an unknown key or an impossible value; it names the key, the value, its
-    unit and what is allowed.
-    """
-    pins: dict[str, Any] = {}
-    for key, value in options_of(options).items():
-        if key not in PINS:
-            raise ValueError(f"reset options: unknown key {key!r}; {closest(key, PINS)}")
-        if key == "rig":
-            pins[key] = value  # an index or a rig; the bank knows them
-        elif key == "start":
-            pins[key] = _check_start(value, rigs)
-        elif key == "load_steps":
-            pins[key] = _check_load_steps(value, duration)
-        else:
-            unit, allowed = _PINS[key]
-            pins[key] = _check_number(key, value, rigs, unit, targets if key == "speed_target" else allowed)
-    if "mu_s" in pins and "mu_k" in pins and np.any(pins["mu_s"] < pins["mu_k"]):
-        raise refuse("reset options", "mu_s", pins["mu_s"], "", f">= mu_k = {pins['mu_k']}")
-    return pins
-
-
-def options_of(options: Any) -> dict[str, Any]:
-    """The options of a reset as a dictionary of their own; None is an empty one. `ValueError` for anything else."""
-    if options is not None and not isinstance(options, Mapping):
-        raise refuse("reset", "options", repr(options), "", f"a dictionary, with the keys {', '.join(PINS)}")
-    return dict(options or {})
-
-
-def pins_of(options: Mapping[str, Any], indices: npt.NDArray[np.intp], rigs: int) -> dict[str, Any]:
-    """The options of some of `rigs` rigs, from options whose lists have one entry for each of them all."""
-    return {
-        key: np.asarray(value)[indices] if key != "load_steps" and np.shape(value) == (rigs,) else value
-        for key, value in options.items()
-    }
-
-
-def _check_number(key: str, value: Any, rigs: int, unit: str, allowed: Allowed) -> FloatArray:
-    if not allowed.holds(value):
-        raise refuse("reset options", key, value, unit, allowed)
-    array = np.asarray(value, dtype=float)
-    if array.shape not in ((), (rigs,)):
-        raise refuse("reset options", f"shape of {key}", array.shape, "", f"one number, or ({rigs},)")
-    return array
-
-
-def _check_start(value: Any, rigs: int) -> np.ndarray:
-    names = np.asarray(value)
-    if names.shape not in ((), (rigs,)) or not all(name in STARTS for name in np.atleast_1d(names)):
-        raise refuse("reset options", "start", repr(value), "", f"{', '.join(STARTS)}; one, or one a rig")
-    return np.array([STARTS.index(name) for name in np.atleast_1d(names)]).reshape(names.shape)
-
-
-def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:
-    allowed = "a list of (time in s, N_1 in N)"
-    try:
-        table = np.asarray(list(value) or np.empty((0, 2)))
-    except (TypeError, ValueError) as error:
-        raise refuse("reset options", "load_steps", repr(value), "", allowed) from error
-    if table.dtype.kind not in "iuf" or table.ndim != 2 or table.shape[1] != 2:
-        raise refuse("reset options", "load_steps", repr(value), "", allowed)
-    steps = [(float(time), float(force)) for time, force in table]
-    times = [time for time, _ in steps]
-    if len(steps) > MOST_LOAD_STEPS:
-        raise refuse("reset options", "number of load_steps", len(steps), "", f"<= {MOST_LOAD_STEPS}")
-    if any(not 0.0 <= time <= duration for time in times) or times != sorted(times):
-        raise refuse("reset options", "times of load_steps", times, "s", f"ascending, 0 to {duration:g}")
-    for _, force in steps:
-        if not NOT_NEGATIVE.holds(force):
-            raise refuse("reset options", "load_steps", force, "N", NOT_NEGATIVE)
-    return steps
 
 
 def _slope(draws: Draws) -> FloatArray:

@@ -16,7 +16,7 @@ from gymnasium.vector.utils import batch_space
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import Observations
 from drillrig_env.env.many import ManyRigs, check_actions
-from drillrig_env.env.scenario import options_of
+from drillrig_env.env.pins import options_of
 from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.task import TaskLike
 from drillrig_env.parameters import refuse

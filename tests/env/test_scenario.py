@@ -3,7 +3,8 @@ import pytest
 
 from drillrig_env import Friction, Rig, Scenario
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.scenario import PRESETS, STARTS, UNIFORMS, check_pins
+from drillrig_env.env.pins import check_pins
+from drillrig_env.env.scenario import PRESETS, STARTS, UNIFORMS
 from drillrig_env.env.task import Task
 
 UNIFORM = np.random.default_rng(5).random((4000, UNIFORMS))
