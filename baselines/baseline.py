@@ -15,7 +15,7 @@ from drillrig_env.env.core import rate_action
 from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.policy import AtHome
-from drillrig_env.policy.given import check_rows, observations_of
+from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.rig import Rig, RigLike
 
 
@@ -143,14 +143,15 @@ class Baseline(AtHome):
 
         `state` is what the last call returned (None at first); where `episode_start` is true it is
         begun anew. The law is deterministic whatever `deterministic` says. `ValueError` for observations of other
-        sensors or that are not finite, and for a `state` or `episode_start` of another number of rigs.
+        sensors or that are not finite, and for a `state` or `episode_start` that is not of these rigs.
         """
         name = self.known_as or type(self).__name__
         batch = np.atleast_2d(observations_of(name, self.sensors.names, observation))
-        check_rows(name, len(batch), None if state is None else state[0], episode_start)
+        check_state(name, (len(batch), self.memory), state)
+        starts = flags_of(name, len(batch), episode_start)
         memory = np.zeros((len(batch), self.memory)) if state is None else np.array(state[0])
-        if episode_start is not None:
-            memory[np.asarray(episode_start, dtype=bool)] = 0.0
+        if starts is not None:
+            memory[starts] = 0.0
         seen = self.sensors.values(batch)
         if self.privileged and not self._privileged_values:
             raise RuntimeError(

@@ -15,7 +15,7 @@ from drillrig_env.drive import Drive
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import TASK_FIELDS, Task
 from drillrig_env.policy import AtHome
-from drillrig_env.policy.given import check_rows, observations_of
+from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.scales import SLEW_LIMIT, Scales
 
 _OF_TRAINING = ("scenario", "reward", "noise", "delay", "duration", "slew_limit")
@@ -101,14 +101,15 @@ class Agent(AtHome):
     ) -> tuple[np.ndarray, Memory]:
         """Actions and the next state; shapes (n, 1) for observations (n, channels), and (1,) for (channels,).
 
-        `ValueError` for observations of other sensors or that are not finite, and for a `state` or `episode_start` of
-        another number of rigs.
+        `ValueError` for observations of other sensors or that are not finite, and for a `state` or `episode_start` that
+        is not of these rigs.
         """
         name = self.known_as or self.config["algorithm"]
         observation = observations_of(name, self.sensors.names, observation)
-        kept = state[0] if state is not None and self.frames > 1 else None
-        check_rows(name, 1 if observation.ndim == 1 else len(observation), kept, episode_start)
-        actions, memory = self._act(observation, state, episode_start, deterministic)
+        rigs = 1 if observation.ndim == 1 else len(observation)
+        if self.frames > 1:
+            check_state(name, (rigs, self.frames * observation.shape[-1]), state)
+        actions, memory = self._act(observation, state, flags_of(name, rigs, episode_start), deterministic)
         rate = self.slew_limit * self._elsewhere / self._acting
         return (actions if rate == 1.0 else np.clip(rate * actions, -1.0, 1.0)), memory
 
@@ -123,7 +124,6 @@ class Agent(AtHome):
             return self.model.predict(observation, state, episode_start, deterministic)
         rows = np.atleast_2d(observation)
         stack = no_frames(len(rows), self.frames, rows.shape[1]) if state is None else state[0]
-        starts = None if episode_start is None else np.atleast_1d(episode_start)
-        stack = push(stack, rows, starts)
-        actions, inner = self.model.predict(stack, (state[1:] or None) if state else None, starts, deterministic)
+        stack = push(stack, rows, episode_start)
+        actions, inner = self.model.predict(stack, (state[1:] or None) if state else None, episode_start, deterministic)
         return actions.reshape(*observation.shape[:-1], 1), (stack, *(inner or ()))

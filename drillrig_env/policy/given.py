@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from drillrig_env.arrays import Observations
 from drillrig_env.parameters import refuse
@@ -30,12 +31,30 @@ def observations_of(name: str, channels: Sequence[str], observation: Any) -> Obs
     return found
 
 
-def check_rows(name: str, rigs: int, state: Any, episode_start: Any) -> None:
-    """Raise `ValueError` where a policy's memory or its flags of beginning episodes are not those of `rigs` rigs.
+def check_state(name: str, shape: tuple[int, int], state: Any) -> None:
+    """Raise `ValueError` where `state` is not what the policy `name` returns: its memory first, of this shape.
 
-    `state` is the array that the policy keeps, one row a rig, and None at first; `episode_start` may be None as well.
+    The shape is (rigs, numbers that the policy keeps of a rig); None is the state at first.
     """
-    for what, given in (("rows of the state", state), ("flags in episode_start", episode_start)):
-        rows = rigs if given is None else len(np.atleast_1d(given))
-        if rows != rigs:
-            raise refuse(name, what, rows, "", f"{rigs}, one a rig")
+    if state is None:
+        return
+    if not isinstance(state, tuple | list) or not len(state):
+        raise refuse(name, "kind of the state", type(state).__name__, "", "None, or what the last predict returned")
+    found = np.shape(state[0])
+    if found != shape:
+        raise refuse(name, "shape of the state", found, "", f"{shape}, as the last predict returned it for these rigs")
+
+
+def flags_of(name: str, rigs: int, episode_start: Any) -> npt.NDArray[np.bool_] | None:
+    """Which of `rigs` rigs begin an episode, shape (rigs,); None where nothing is said.
+
+    `ValueError` for another number of flags, and for what is neither true nor false.
+    """
+    if episode_start is None:
+        return None
+    found = np.atleast_1d(episode_start)
+    if found.shape != (rigs,):
+        raise refuse(name, "shape of episode_start", found.shape, "", f"({rigs},), one a rig")
+    if found.dtype != bool and (others := [one for one in found.tolist() if one not in (0, 1)]):
+        raise refuse(name, "episode_start", repr(others[0]), "", "true or false, one a rig")
+    return found.astype(bool)

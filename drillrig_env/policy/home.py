@@ -19,8 +19,13 @@ _TOLD = 4
 
 
 def rig_environment(env: Any) -> Any:
-    """The environment itself, under all wrappers. `ValueError` where it is no form of `DrillRig-v0`."""
+    """The environment itself, under all wrappers; of many side by side, which are alike, the first.
+
+    `ValueError` where it is no form of `DrillRig-v0`, and where it is in another process.
+    """
     found = getattr(env, "unwrapped", env)
+    if beside := getattr(found, "envs", None):  # Gymnasium's `SyncVectorEnv`, SB3's `DummyVecEnv`
+        found = beside[0].unwrapped
     if not hasattr(getattr(found, "task", None), "sensors"):
         raise refuse("policy", "environment", repr(env), "", "any form of DrillRig-v0, such as make_env() gives")
     return found

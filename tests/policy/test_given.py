@@ -39,12 +39,28 @@ def test_an_observation_that_is_none_is_refused_by_name(name, observation, words
 def test_flags_and_memory_of_other_rigs_are_refused(name):
     policy = load(name)
     _, memory = policy.predict(seen())
-    for flags in (True, [True, False], np.zeros(4, bool)):
-        with pytest.raises(ValueError, match=rf"^{name}: flags in episode_start = \d .* allowed: 3, one a rig"):
+    for flags in (True, [True, False], np.zeros(4, bool), np.zeros((3, 1), bool)):
+        with pytest.raises(ValueError, match=rf"^{name}: shape of episode_start = \(.*; allowed: \(3,\), one a rig"):
+            policy.predict(seen(), memory, flags)
+    unclear = ((["yes", "no", "no"], "'yes'"), ([None] * 3, "None"), ([0.0, np.nan, 1.0], "nan"), ([0, 1, 2], "2"))
+    for flags, told in unclear:
+        with pytest.raises(ValueError, match=f"^{name}: episode_start = {told} .* allowed: true or false, one a rig"):
             policy.predict(seen(), memory, flags)
     if memory is not None:
-        with pytest.raises(ValueError, match=f"^{name}: rows of the state = 3 is not allowed; allowed: 2, one a rig"):
+        with pytest.raises(ValueError, match=rf"^{name}: shape of the state = \(3, \d+\) .* allowed: \(2, \d+\)"):
             policy.predict(seen(2), memory)
+
+
+@pytest.mark.parametrize("name", ["ppo", "sac", "lqg", "z_torque"])
+def test_what_no_predict_of_the_policy_returned_is_refused_as_its_state(name):
+    policy = load(name)
+    _, (own, *_) = policy.predict(seen())
+    for other, told in (((), "tuple"), (7, "int"), (own, "ndarray"), ("memory", "str")):
+        with pytest.raises(ValueError, match=f"^{name}: kind of the state = {told} .* what the last predict returned$"):
+            policy.predict(seen(), other)
+    for other in ((own[:, 1:],), (own[0],), (None,), load("speed_pulse").predict(seen())[1]):
+        with pytest.raises(ValueError, match=rf"^{name}: shape of the state = .*; allowed: \(3, {own.shape[1]}\), as"):
+            policy.predict(seen(), other)
 
 
 @pytest.mark.parametrize("name", POLICIES)

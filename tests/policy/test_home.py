@@ -121,6 +121,21 @@ def test_what_is_no_rig_is_refused(env):
             refused(env)
 
 
+@pytest.mark.parametrize("many", ["gymnasium", "sb3"])
+def test_single_environments_side_by_side_are_taken_as_one_of_them(many):
+    def one():
+        return gym.make("DrillRig-v0", rig={"k_2": 0.39}, delay=3)
+
+    if many == "sb3":
+        env = pytest.importorskip("stable_baselines3.common.vec_env").DummyVecEnv([one, one])
+    else:
+        env = gym.vector.SyncVectorEnv([one, one])
+    with pytest.warns(UserWarning, match=r"lqg: .*: delay = \(3, 3\) and not None"):
+        assert load("lqg", env=env).rig.k_2 == 0.39
+    with pytest.raises(ValueError, match=r"environment = .* any form of DrillRig-v0"):
+        load("lqg", env=gym.vector.SyncVectorEnv([lambda: gym.make("CartPole-v1")]))
+
+
 def test_a_policy_acts_on_a_scaled_rig_as_on_its_own():
     """Observations and slew limit are scaled, so that an agent's action means the same; and it may be asked of both."""
     rig = scaled(time=0.25, torque=2.0)
