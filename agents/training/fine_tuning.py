@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import inspect
+import warnings
+from math import isclose
 from typing import Any
 
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
+from stable_baselines3.common.vec_env import VecEnv, VecFrameStack, unwrap_vec_normalize
 
+from agents.policy.agent import Agent
+from agents.policy.environment import environment_arguments, scaled_arguments
 from agents.policy.run_folder import find_run, load_policy, read_config
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from drillrig_env.drive import Drive
+from drillrig_env.env.task import Task
 from drillrig_env.parameters import closest, refuse
+from drillrig_env.policy.home import rig_environment
 
 
 def take_weights(model: BaseAlgorithm, name: str) -> None:
     """Give `model` the weights of an agent, by name or by its run's folder: those of its actor and of its critic.
 
-    `ValueError` where there is no such agent, or its network is another one.
+    A warning names what in the model's environment lets observations and actions mean something else than where the
+    agent learnt: drive, slew limit, control period, channels. `ValueError` where there is no such agent, or its network
+    is another one.
     """
-    trained = load_policy(find_run(name)).model
+    agent = load_policy(find_run(name))
+    trained = agent.model
     own, theirs = model.observation_space.shape, trained.observation_space.shape
     if own != theirs:
         raise refuse(name, "shape of the observations", own, "", f"{theirs}; check sensors and frames")
@@ -26,6 +36,35 @@ def take_weights(model: BaseAlgorithm, name: str) -> None:
         model.policy.load_state_dict(trained.policy.state_dict())
     except RuntimeError as error:
         raise ValueError(f"{name} has another network than the one that is to begin with it") from error
+    if differs := _means_otherwise(agent, rig_environment(model.get_env()).task):
+        warnings.warn(
+            f"{name}: begins as another policy than it was, for the environment is not the one it learnt in: "
+            f"{', '.join(differs)}",
+            stacklevel=3,
+        )
+
+
+def _means_otherwise(agent: Agent, task: Task) -> list[str]:
+    """What gives observations and actions another meaning in `task` than where the agent learnt, a text for each.
+
+    An agent of the chapter's rig is held against what it learnt in taken to the scales of the rig.
+    """
+    given = agent.config["env_kwargs"]
+    if "rig" not in given:
+        own = {"rig": task.rig, "largest_reference": task.largest_reference}
+        given = {**scaled_arguments(given, task.scales), **own}
+    learnt = Task.of(environment_arguments(agent.config["env_id"], given))
+    differs = [
+        f"{what} = {getattr(task, what):g} and not {getattr(learnt, what):g} {unit}"
+        for what, unit in (("slew_limit", "rad/s^2"), ("control_period", "s"))
+        if not isclose(getattr(task, what), getattr(learnt, what), rel_tol=1e-9)
+    ]
+    drive, theirs = (one.drive or Drive.of_rig(one.rig) for one in (task, learnt))
+    if drive != theirs:
+        differs.append(f"drive = {drive.as_dict()} and not {theirs.as_dict()}")
+    if task.sensors.names != learnt.sensors.names:
+        differs.append(f"sensors = {', '.join(task.sensors.names)} and not {', '.join(learnt.sensors.names)}")
+    return differs
 
 
 def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
@@ -33,8 +72,9 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
 
     `env` is what `drillrig_env.make_sb3` gives; the agent's frames are put around it where they are missing.
     `changes` are arguments of the algorithm in place of those of the training, such as `learning_rate`; a rate that
-    falls over a training begins anew at its start. Raises `ValueError` where `env` is something else or shows something
-    else, and for a change that the algorithm does not know.
+    falls over a training begins anew at its start. An environment in which the agent begins as another policy is warned
+    of. Raises `ValueError` where `env` is something else, shows something else or normalises what it shows, and for a
+    change that the algorithm does not know.
 
     >>> model = load_trainable("ppo", drillrig_env.make_sb3(64, seed=0), learning_rate=1e-4)
     >>> model.learn(200_000)
@@ -42,6 +82,8 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
     config = read_config(find_run(name))
     if not isinstance(env, VecEnv):
         raise refuse(name, "environment to learn on in", env, "", "what drillrig_env.make_sb3 gives")
+    if (normalised := unwrap_vec_normalize(env)) is not None and normalised.norm_obs:
+        raise refuse(name, "norm_obs of VecNormalize", True, "", "False: it has learnt from observations as they come")
     made: Any = algorithm_class(config["algorithm"])
     known = [argument for argument in inspect.signature(made).parameters if argument != "env"]
     for change in changes:
