@@ -219,9 +219,9 @@ def _learning(found: Mapping[str, _Agent]) -> str:
         rows.append([f"`{name}`", *passed, ends, f"{action_zero(agent.config):.3f}"])
     lines.append(markdown.table(headings, rows))
     lines.append(
-        "\n*Steps after which the interquartile mean over the seeds first reaches a mitigated share, as far as the "
-        "evaluations during training resolve it; these rigs are not those of the suites. Action 0: the reference "
-        "stays at the target, on the same drive and rigs.*\n"
+        "\n*Steps by trial, beside those of imitation above, after which the interquartile mean over the seeds first "
+        "reaches a mitigated share, as far as the evaluations during training resolve it; these rigs are not those of "
+        "the suites. Action 0: the reference stays at the target, on the same drive and rigs.*\n"
     )
     return "\n".join(lines)
 

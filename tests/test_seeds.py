@@ -2,13 +2,17 @@
 
 from itertools import pairwise
 
+import pytest
+
+from drillrig_env import seeds
 from drillrig_env.evaluation.suites import SUITES, suite
-from drillrig_env.seeds import DATASET_SEEDS, EVALUATION_SEEDS, TRAINING_SEEDS, TUNING_SEEDS, VALIDATION_SEEDS
+from drillrig_env.seeds import EVALUATION_SEEDS
 
 
-def test_ranges_of_seeds_have_none_in_common():
-    every = (TRAINING_SEEDS, TUNING_SEEDS, VALIDATION_SEEDS, EVALUATION_SEEDS, DATASET_SEEDS)
-    ranges = sorted(every, key=lambda one: one.start)
+@pytest.mark.parametrize(("of", "count"), [("_SEEDS", 5), ("_FLEETS", 3)])
+def test_ranges_of_seeds_have_none_in_common(of, count):
+    ranges = sorted((value for name, value in vars(seeds).items() if name.endswith(of)), key=lambda one: one.start)
+    assert len(ranges) >= count  # whatever range is added is among them
     assert ranges[0].start == 0
     for lower, upper in pairwise(ranges):
         assert lower.stop <= upper.start

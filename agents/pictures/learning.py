@@ -65,6 +65,7 @@ def plot_learning(trained: Path = TRAINED) -> Picture:
         "Learning curves of the shipped agents: share of rigs mitigated in the evaluations during training "
         f"({listed(sorted(rigs), 'or')} rigs of the training side from developed stick-slip, no exploration), for "
         f"each of {listed(sorted(count), 'or')} seeds (thin) and as interquartile mean over them (thick). Dashed: the "
-        "reference that stays at the target. One million steps are 28 hours of drilling."
+        "reference that stays at the target. Steps are those by trial: an agent that imitated first begins with what "
+        "that brought it. One million steps are 28 hours of drilling."
     )
     return Picture(figure, caption)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import Any
 
 import numpy as np
 
 from agents.noise_and_delay import TOLD, in_words
 from agents.policy.action_zero import SAME_DRIVE
-from drillrig_env.plots.style import BLUE, DARK, GREEN, PURPLE, VERMILLION, Picture, new_figure
+from drillrig_env.plots.style import BLUE, DARK, GREEN, GREY, PURPLE, VERMILLION, Picture, new_figure
 from drillrig_env.scales import CONTROL_PERIOD
 
 _BESIDE = {
@@ -17,7 +18,8 @@ _BESIDE = {
     TOLD: (DARK, (0, (4, 2))),
     SAME_DRIVE: (VERMILLION, (0, (4, 2))),
 }
-_AGENTS = {"`ppo`": BLUE, "`ppo_robust`": GREEN, "`sac`": PURPLE, "`ppo_surface`": BLUE}
+_AGENTS = ((BLUE, "o"), (GREEN, "s"), (PURPLE, "^"), (GREY, "D"))
+"""Colours and markers of the agents, in their order."""
 
 
 def plot_noise_and_delay(content: Mapping[str, Any]) -> Picture:
@@ -30,11 +32,16 @@ def plot_noise_and_delay(content: Mapping[str, Any]) -> Picture:
     figure = new_figure(4.6)
     seconds = np.array(content["delays"]) * CONTROL_PERIOD
     axes = figure.subplots(2, -(-len(panels) // 2), sharex=True, sharey=True, squeeze=False)
+    agents = dict.fromkeys(name for *_, policies in panels for name in policies if name not in _BESIDE)
+    looks: dict[str, tuple[str, str, Any]] = {
+        name: (*look, "-") for name, look in zip(agents, cycle(_AGENTS), strict=False)
+    }
+    looks |= {name: (colour, "o", style) for name, (colour, style) in _BESIDE.items()}
     handles: dict[str, Any] = {}
     for panel, (env_id, noise, policies) in zip(axes.flat, panels, strict=True):
         for name, found in policies.items():
-            colour, style = _BESIDE.get(name, (_AGENTS.get(name, BLUE), "-"))
-            (line,) = panel.plot(seconds, found, color=colour, ls=style, marker="o", ms=3, lw=1.4)
+            colour, marker, style = looks[name]
+            (line,) = panel.plot(seconds, found, color=colour, ls=style, marker=marker, ms=3, lw=1.4)
             handles.setdefault(name.replace("`", ""), line)
         panel.set_title(f"{env_id}\n{in_words(noise)}")
         panel.set_ylim(-0.02, 1.02)

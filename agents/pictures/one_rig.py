@@ -78,10 +78,9 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
         )
         _torque(panels[1, column], episodes, _SHOWN)
         highest = max(highest, float(episodes.highest.max()))
-        privileged = " *" if getattr(policy, "privileged", ()) else ""
         calm = float(time_to_calm(episodes)[0])
         over = "not calm" if calm >= episodes.lowest.shape[1] * CONTROL_PERIOD else f"calm at {calm:.1f} s"
-        panels[0, column].set_title(f"{name}{privileged}")
+        panels[0, column].set_title(name)
         panels[0, column].text(0.97, 0.97, over, ha="right", va="top", transform=panels[0, column].transAxes)
     panels[0, 0].set_ylim(-0.3, 1.15 * highest)
     panels[0, 0].set_ylabel("speed, rad/s")
@@ -90,7 +89,7 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
     caption = (
         f"The same start under {len(policies)} policies: {typical.words}, which lies below its critical speed; it is "
         "the one of median hardness there. Calm: from when on the stick-slip index over the trailing 5 s stays below "
-        "0.1, which takes 5 s at least. * told the friction."
+        "0.1, which takes 5 s at least."
     )
     return Picture(figure, caption)
 

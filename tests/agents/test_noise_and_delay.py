@@ -59,5 +59,17 @@ def test_the_page_has_a_table_each_and_the_picture_a_panel_each(content):
     assert len(plot_noise_and_delay(content).figure.axes) == 4
 
 
+def test_every_agent_has_a_look_of_its_own(content):
+    """In one legend over panels that share no agent."""
+    by_noise = {"`one`": [0.5], "`two`": [0.4], TOLD: [0.9], "`lqg`": [0.6], "action 0, same drive": [0.3]}
+    later = {**by_noise, "`three`": [0.3]}
+    del later["`one`"]
+    figure = plot_noise_and_delay({**content, "environments": {"A": {"0": by_noise}, "B": {"1": later}}}).figure
+    (legend,) = figure.legends
+    assert {"one", "two", "three"} < {text.get_text() for text in legend.get_texts()}
+    looks = {(line.get_color(), line.get_linestyle(), line.get_marker()) for line in legend.legend_handles}
+    assert len(looks) == len(legend.get_texts()) == 6
+
+
 def test_nothing_is_found_where_it_has_not_run(tmp_path):
     assert read_shares(tmp_path) is None
