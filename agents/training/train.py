@@ -56,10 +56,10 @@ def resume(
     """
     if not is_run(folder):
         raise ValueError(f"{folder} is not the folder of a run; allowed: one that `train.py` has made")
+    _check_unfinished(folder)  # a run that is finished is left as it is, without a lock of this process
     with owned(folder):
+        _check_unfinished(folder)  # another process may just have finished it
         config, path = read_config(folder), folder / CHECKPOINT
-        if is_finished(folder):
-            raise ValueError(f"{folder}: nothing to go on with: the run is finished")
         begun = path.is_file()
         if begun:
             _use_one_thread()
@@ -68,6 +68,11 @@ def resume(
             model = new_model(config, threads)
         _learn(model, folder, config, threads, progress, begun, asked)
     return folder
+
+
+def _check_unfinished(folder: Path) -> None:
+    if is_finished(folder):
+        raise ValueError(f"{folder}: nothing to go on with: the run is finished")
 
 
 def new_model(config: Mapping[str, Any], threads: int | None = None) -> BaseAlgorithm:

@@ -1,6 +1,7 @@
 import contextlib
 import errno
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 import torch
 
-from agents.policy.run_folder import CHECKPOINT, is_finished, load_policy, read_config
+from agents.policy.run_folder import CHECKPOINT, TRAINED, is_finished, load_policy, read_config
 from agents.training.checkpoint import save_model
 from agents.training.progress import ShowProgress, read_progress
 from agents.training.settings import Training
@@ -246,6 +247,14 @@ def test_one_process_at_a_time_trains_in_a_folder(tmp_path, monkeypatch):
     with files.owned(folder), pytest.raises(BlockingIOError, match=f"run is in use by process {os.getpid()}"):
         resume(folder)
     resume(folder, progress=False)
+
+
+def test_a_finished_run_is_left_as_it_is(tmp_path):
+    for name in ("model.zip", "config.json"):
+        shutil.copy(TRAINED / "sac_soft" / name, tmp_path)
+    with pytest.raises(ValueError, match="nothing to go on with: the run is finished"):
+        resume(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["config.json", "model.zip"]
 
 
 def test_damaged_evaluations_are_passed_over(tmp_path, monkeypatch, capsys):
