@@ -21,7 +21,7 @@ import numpy as np
 from agents.dataset.card import card
 from agents.dataset.recipe import MIXED, Player, Recipe, find_players
 from agents.dataset.recording import record
-from agents.dataset.storage import DataSet, check_minari, minari_root, written_folders
+from agents.dataset.storage import DataSet, check_free, check_minari, minari_root, written_folders
 from agents.training.hyperparameters import read_pairs
 from drillrig_env import __version__
 from drillrig_env.command_line import Failed, Parser, command
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         recipe = Recipe(**given_fields(chosen, Recipe) | {"env_kwargs": read_pairs(chosen.env_kwargs)})
         players = find_players(recipe)
         folders = free_folders(recipe, players)
-    except (ValueError, ImportError) as error:
+    except (ValueError, ImportError, FileExistsError) as error:
         parser.error(str(error))
     try:
         make(recipe, players, folders, line)
@@ -61,28 +61,29 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def free_folders(recipe: Recipe, players: Sequence[Player]) -> dict[str, Path]:
     """The folders of a recipe's data sets by their ids.
 
-    `ValueError` where one is there that may not be overwritten, `OSError` where none can be written, `ImportError`
-    without Minari.
+    `OSError` where one is there that may not be overwritten or none can be written, `ImportError` without Minari.
     """
     check_minari()
     root = minari_root() if recipe.output is None else recipe.output.resolve()
     names = [MIXED] if recipe.mixed else [player.name for player in players]
     folders = {f"{recipe.env_id}/{name}-v0": root / recipe.env_id / f"{name}-v0" for name in names}
+    if not recipe.overwrite:
+        check_free(folders.values())
     for folder in folders.values():
-        if folder.exists() and not recipe.overwrite:
-            raise ValueError(f"{folder} is there already; remove it, choose another --output, or give --overwrite")
         check_writable(folder)
     return folders
 
 
 def make(recipe: Recipe, players: Sequence[Player], folders: Mapping[str, Path], line: str) -> None:
-    """Record the episodes and write all data sets of a recipe, or none. `Failed` where a policy fails on the way.
+    """Record the episodes and write all data sets of a recipe, or none.
+
+    `Failed` where a policy fails on the way, `FileExistsError` where another process has written one meanwhile.
 
     `line` is the command for the cards.
     """
     groups = [list(players)] if recipe.mixed else [[player] for player in players]
     recorded: dict[str, dict[str, np.ndarray]] = {}
-    with written_folders(list(folders.values())) as new:
+    with written_folders(list(folders.values()), recipe.overwrite) as new:
         sets = []
         with Progress("data sets", len(players)) as progress:
             for name, folder, group in zip(folders, new, groups, strict=True):

@@ -137,7 +137,7 @@ def test_folders_are_whole_or_not_there(tmp_path):
     folders = [tmp_path / "sets" / name for name in ("a", "b")]
 
     def write(text, stop=False):
-        with written_folders(folders) as new:
+        with written_folders(folders, overwrite=True) as new:
             for folder in new:
                 (folder / "file").write_text(text)
                 assert folder.name.startswith(".")  # Minari lists what is not hidden
@@ -154,3 +154,17 @@ def test_folders_are_whole_or_not_there(tmp_path):
     write("third")
     assert [(folder / "file").read_text() for folder in folders] == ["third", "third"]
     assert sorted(path.name for path in (tmp_path / "sets").iterdir()) == ["a", "b"]
+
+
+def test_what_another_process_has_made_meanwhile_is_kept(tmp_path):
+    folders = [tmp_path / "a", tmp_path / "b"]
+
+    def meanwhile():
+        with written_folders(folders, overwrite=False):
+            folders[1].mkdir()
+            (folders[1] / "file").write_text("the other's")
+
+    with pytest.raises(FileExistsError, match=r"b is there already; .* or give --overwrite"):
+        meanwhile()
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+    assert (folders[1] / "file").read_text() == "the other's"
