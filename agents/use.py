@@ -28,7 +28,8 @@ code their maker put there. This project reads a run's settings from `config.jso
 checkpoint's pickles: go on with your own trainings only. To pass an agent on, use ONNX, which holds no code.
 
 `python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew;
-`agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own.
+`agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own. Both warn where drive,
+slew limit, control period or channels are not those that it learnt with: there it begins as another policy.
 
 **In Stable-Baselines3 alone** an agent is a plain model. Its frames are SB3's own, oldest first, and its actions are
 bit for bit those of `drillrig_env.policy.load("ppo")`:
