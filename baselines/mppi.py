@@ -15,7 +15,7 @@ from baselines.counted import CountedLaw
 from baselines.set_point_feedback import SIZE, SetPointFeedback, wanted_change
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.kernel import EPISODE
+from drillrig_env.env.episode import EPISODE
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES

@@ -15,7 +15,8 @@ from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.attributes import PlaysTask, check_changeable
 from drillrig_env.env.bank import RigBank
-from drillrig_env.env.kernel import EPISODE, SETTINGS, observe_episodes, scratch, step_episodes
+from drillrig_env.env.episode import EPISODE, SETTINGS
+from drillrig_env.env.kernel import observe_episodes, scratch, step_episodes
 from drillrig_env.env.pins import check_pins
 from drillrig_env.env.reward import TERMS
 from drillrig_env.env.scenario import STARTS
@@ -41,7 +42,7 @@ _SETTLING, _LONGEST_SETTLING = 12.0, 60.0  # s on the chapter's rig, until a sta
 class EpisodeBatch(PlaysTask):
     """`num_rigs` rigs in their episodes: the rules of `DrillRig-v0`, in one place.
 
-    `episodes` is an array of records (see `drillrig_env.env.kernel.EPISODE`) with the state of every rig and
+    `episodes` is an array of records (see `drillrig_env.env.episode.EPISODE`) with the state of every rig and
     what its last control step showed. Rigs share `task`, and each has its own friction and generator. The task may
     be given as a whole, by its fields, or both. `max_episode_steps` ends episodes before their `duration` does.
     It can be copied and pickled. Raises `ValueError` for an argument that is not allowed.

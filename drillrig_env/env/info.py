@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.env.kernel import EPISODE
+from drillrig_env.env.episode import EPISODE
 
 
 def _place(name: str, index: int = 0) -> int:
@@ -39,7 +39,7 @@ _NOT_YET = np.array(False)
 def entries_of(record: np.void) -> tuple[np.ndarray, np.ndarray]:
     """The entries of a record as numbers and as counts, both views of it: each says what its fields of that kind hold.
 
-    `record` is one of `drillrig_env.env.kernel.EPISODE`.
+    `record` is one of `drillrig_env.env.episode.EPISODE`.
     """
     entries = record.dtype.itemsize // 8
     numbers: np.ndarray = np.ndarray(entries, np.float64, buffer=record.data)

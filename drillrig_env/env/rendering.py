@@ -73,7 +73,7 @@ _BESIDE = 480.0  # where the labels of the discs begin
 class RigPicture:
     """Frames of one rig: `begin` an episode, `follow` every step, and take a `frame`.
 
-    `record` is the rig's entry in the batch core (see `drillrig_env.env.kernel.EPISODE`) and changes in
+    `record` is the rig's entry in the batch core (see `drillrig_env.env.episode.EPISODE`) and changes in
     place. With `window` the picture is also shown in a window, `frame_rate` times a second; a window
     that its owner closes stays closed, and the episode goes on without it.
     """

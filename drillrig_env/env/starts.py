@@ -7,7 +7,8 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.bank import RigBank
-from drillrig_env.env.kernel import EPISODE, scratch, settle_episodes
+from drillrig_env.env.episode import EPISODE
+from drillrig_env.env.kernel import scratch, settle_episodes
 from drillrig_env.env.scenario import REST, STEADY, STICK_SLIP, Draws
 from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction

@@ -24,7 +24,7 @@ class EnvironmentState:
     form: str  # what it is a state of: a class, and its way to begin episodes
     task: Task
     steps: int  # of an episode
-    episodes: np.ndarray  # records of `drillrig_env.env.kernel.EPISODE`, one a rig
+    episodes: np.ndarray  # records of `drillrig_env.env.episode.EPISODE`, one a rig
     past: npt.NDArray[np.float32]  # measurements that are still to be seen
     observations: npt.NDArray[np.float32]  # (rigs, channels)
     own: Mapping[str, Any] = field(default_factory=dict)  # what only this form has: generators, sums of rewards

@@ -1,0 +1,71 @@
+"""The records of a batch: an episode of each rig, and the settings that all of them share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drillrig_env.env.scenario import MOST_LOAD_STEPS
+from drillrig_env.stepper.tables import STATE
+
+EPISODE = np.dtype(
+    [
+        ("state", "f8", STATE),  # the 7 states, and a pad
+        ("speed_reference", "f8"),
+        ("speed_target", "f8"),
+        ("normal_force", "f8"),
+        ("mu_s", "f8"),
+        ("mu_k", "f8"),
+        ("v_b", "f8"),
+        ("torque_into_string", "f8"),  # at the end of the last control step, N m
+        ("reward", "f8"),
+        ("terms", "f8", 3),  # the single environment reads all up to here as one array
+        ("step", "i8"),  # control steps done in this episode
+        ("delay", "i8"),  # control steps by which measurements come late
+        ("mean", "f8"),  # running mean and variance of the bit speed
+        ("variance", "f8"),
+        ("load_times", "f8", MOST_LOAD_STEPS),  # s; infinite where there is none
+        ("load_forces", "f8", MOST_LOAD_STEPS),  # N
+        ("next_load", "i8"),
+        ("lowest", "f8"),  # of the bit speed within the last control step
+        ("highest", "f8"),
+        ("average", "f8"),
+        ("stuck", "f8"),  # share of the last control step
+        ("highest_torque", "f8"),  # within it
+        ("window_lowest", "f8"),  # of the bit speed within the episode's last seconds
+        ("window_highest", "f8"),
+        ("window_sum", "f8"),  # of `average`
+        ("start", "i8"),  # index into STARTS, as it came out
+        ("voltage", "f8"),  # of the armature at the end of the last control step, V
+        ("string_torque", "f8"),  # into the string, mean over the last control step, N m
+        ("torque_mean", "f8"),  # its running mean, and its running variance about that
+        ("torque_variance", "f8"),
+        ("noise", "u8"),  # state of the generator of the measurement noise
+        ("rig", "i8"),  # index into the bank of rigs
+    ],
+    align=True,
+)
+SETTINGS = np.dtype(
+    [
+        ("law", "i8"),  # of friction, as in CONTACT
+        ("control_period", "f8"),  # s
+        ("largest_reference", "f8"),  # rad/s
+        ("stuck_speed", "f8"),  # below which the bit counts as stuck, rad/s
+        ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
+        ("k_p", "f8"),  # of the drive's speed loop in the episode
+        ("k_i", "f8"),
+        ("gain", "f8"),  # of the running statistics of the bit speed, a sample
+        ("torque_mean_gain", "f8"),  # of those of the torque, a control step
+        ("torque_variance_gain", "f8"),
+        ("variance_weight", "f8"),
+        ("tracking_weight", "f8"),
+        ("action_weight", "f8"),
+        ("deviation", "b1"),  # shape of the variance term
+        ("absolute", "b1"),  # shape of the tracking term
+        ("phases", "b1"),  # whether the terms are those in phases
+        ("steps", "i8"),  # of an episode
+        ("window_start", "i8"),  # step with which the last window begins
+        ("settling", "i8"),  # fewest and most steps in which a start in stick-slip is brought onto its cycle
+        ("longest_settling", "i8"),
+    ],
+    align=True,
+)
