@@ -5,6 +5,9 @@ drill pipe, which is what winds up, becomes two springs in a row, each twice as 
 inertia between them and a quarter at either end: total inertia and static stiffness are matched. The collars, 7 times
 as stiff, turn as one with the bit. Energy is lost in the steel and the joints in proportion to the rate of twist.
 
+A tube of diameter D that turns amid a round hole of diameter H full of mud of the viscosity mu drags, in laminar flow
+(Couette's), with the torque pi mu D^2 H^2 / (H^2 - D^2) for each metre and rad/s. It is lumped as the inertia is.
+
 Which motions are in it: torsion, on bottom, of a nearly vertical string. No axial motion, no bending, no friction along
 the wall that sticks, and above its two lowest modes no other.
 """
@@ -63,14 +66,53 @@ class Tube:
         return shear_modulus * self.polar_moment / self.length
 
 
+@dataclass(frozen=True)
+class Mud:
+    """What a string turns in. Raises `ValueError` for values that are not allowed."""
+
+    viscosity: float = parameter(unit="Pa s", meaning="viscosity, 0.03 for a common mud", allowed=NOT_NEGATIVE)
+    hole: float = parameter(unit="m", meaning="diameter of the hole", allowed=POSITIVE)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @classmethod
+    def of(cls, mud: Any) -> Mud | None:
+        """Mud from (viscosity in Pa s, hole in m), or from a dictionary of these; None stays None.
+
+        `ValueError` for anything else.
+        """
+        if mud is None or isinstance(mud, cls):
+            return mud
+        try:
+            return cls(**mud) if isinstance(mud, dict) else cls(*mud)
+        except TypeError as error:
+            raise refuse("Mud", "mud", repr(mud), "", "(viscosity in Pa s, hole in m), or a dictionary") from error
+
+    def drag(self, tube: Tube) -> float:
+        """Torque of the mud on a tube for each rad/s at which it turns, N m s/rad. `ValueError` for one too thick."""
+        if tube.outer >= self.hole:
+            raise refuse("Mud", "hole", self.hole, "m", f"> outer = {tube.outer} m of what turns in it")
+        outside, inside = self.hole**2, tube.outer**2
+        return pi * self.viscosity * tube.length * outside * inside / (outside - inside)
+
+
 def three_lumps(
-    pipe: Tube, collars: Tube, top_drive: float, density: float, shear_modulus: float, loss_time: float
+    pipe: Tube,
+    collars: Tube,
+    top_drive: float,
+    density: float,
+    shear_modulus: float,
+    loss_time: float,
+    mud: Mud | None = None,
 ) -> dict[str, float]:
     """Inertias (kg m^2), stiffnesses (N m/rad) and damping (N m s/rad) of a string, by the names of `Rig`.
 
-    `top_drive` is the inertia of what turns at the top (kg m^2), `loss_time` damping over stiffness (s).
+    `top_drive` is the inertia of what turns at the top (kg m^2), `loss_time` damping over stiffness (s). What `mud`
+    takes from the topmost quarter of the pipe is a loss of the motor, C_m, which turns with it at eta = 1.
     """
     inertia, stiffness = pipe.inertia(density), 2.0 * pipe.stiffness(shear_modulus)
+    on_pipe, on_collars = (0.0, 0.0) if mud is None else (mud.drag(pipe), mud.drag(collars))
     return {
         "J_1": collars.inertia(density) + inertia / 4.0,
         "J_2": inertia / 2.0,
@@ -79,4 +121,7 @@ def three_lumps(
         "k_2": stiffness,
         "d_1": stiffness * loss_time,
         "d_2": stiffness * loss_time,
+        "C_1": on_collars + on_pipe / 4.0,
+        "C_2": on_pipe / 2.0,
+        "C_m": on_pipe / 4.0,
     }

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.lumps import LOSS_TIME, STEEL, Tube, three_lumps
+from drillrig_env.lumps import LOSS_TIME, STEEL, Mud, Tube, three_lumps
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, checked, closest, describe, parameter
 from drillrig_env.toml import read_section, record_of, write_section
 
@@ -112,6 +112,7 @@ class Rig:
         density: float = STEEL["density"],
         shear_modulus: float = STEEL["shear_modulus"],
         loss_time: float = LOSS_TIME,
+        mud: Mud | Sequence[float] | None = None,
         omega_s: float = 1e-3,
     ) -> Rig:
         """A field string as a rig of three lumps: see `drillrig_env.lumps` for what is matched and what is left out.
@@ -119,8 +120,9 @@ class Rig:
         `pipe` and `collars` are (length, outer, inner) in m, `top_drive` is the inertia of what turns at the top
         (kg m^2). The drive is one of torque: with eta = R = K_T = r_1 = 1 and no back-EMF a volt is a newton metre, so
         that `k_p` (N m s/rad) and `k_i` (N m/rad) act on the speed error and its integral, and N_1 mu is the torque
-        at the bit. `density` is in kg/m^3, `shear_modulus` in Pa, `loss_time` damping over stiffness in s, `omega_s`
-        the half width of the stick zone in rad/s. Raises `ValueError` for a value that is not allowed.
+        at the bit. `density` is in kg/m^3, `shear_modulus` in Pa, `loss_time` damping over stiffness in s, `mud`
+        (viscosity in Pa s, diameter of the hole in m; None: none) and `omega_s` the half width of the stick zone in
+        rad/s. Raises `ValueError` for a value that is not allowed.
 
         >>> rig = Rig.from_string((2300.0, 0.127, 0.1086), (200.0, 0.1715, 0.0714), 2900.0, k_p=38e3, k_i=100e3)
         >>> round(rig.J_1), round(rig.J_2), round(rig.J_3), round(rig.k_1)
@@ -133,8 +135,8 @@ class Rig:
             ("loss_time", loss_time, "s", NOT_NEGATIVE),
         )
         top_drive, density, shear_modulus, loss_time = (checked("from_string", *each) for each in numbers)
-        lumps = three_lumps(Tube.of(pipe), Tube.of(collars), top_drive, density, shear_modulus, loss_time)
-        return cls(**lumps, k_p=k_p, k_i=k_i, omega_s=omega_s, **_TORQUE_DRIVE)
+        lumps = three_lumps(Tube.of(pipe), Tube.of(collars), top_drive, density, shear_modulus, loss_time, Mud.of(mud))
+        return cls(**{**_TORQUE_DRIVE, **lumps}, k_p=k_p, k_i=k_i, omega_s=omega_s)
 
     @classmethod
     def preset(cls, name: str) -> Rig:

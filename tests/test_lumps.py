@@ -8,8 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 from drillrig_env import Friction, Rig
-from drillrig_env.lumps import STEEL, Tube
-from drillrig_env.model import jacobian
+from drillrig_env.lumps import STEEL, Mud, Tube
+from drillrig_env.model import jacobian, motor_power, steady_state
 from drillrig_env.rig import RIGS
 from drillrig_env.stability import critical_slope, critical_speed
 
@@ -51,6 +51,26 @@ def test_units_of_inertia_and_of_stiffness_scale():
         assert getattr(twice, name) == 2 * getattr(once, name)
 
 
+@pytest.mark.parametrize("outer", [0.1, 0.19])
+def test_the_drag_of_mud_is_that_of_flow_between_two_cylinders(outer):
+    """Against the equation of the flow, d/dr (r^3 d(v/r)/dr) = 0, solved by differences from wall to wall."""
+    mud, tube = Mud(0.04, 0.2), Tube(7.0, outer)
+    r = np.linspace(outer / 2, mud.hole / 2, 4001)
+    resistance = (1.0 / (0.5 * (r[1:] + r[:-1])) ** 3 * np.diff(r)).sum()  # of v/r to a torque, over 2 pi mu
+    assert mud.drag(tube) == pytest.approx(2 * np.pi * mud.viscosity * tube.length / resistance, rel=1e-5)
+
+
+def test_mud_takes_as_much_from_the_lumps_as_from_the_string():
+    mud, speed, friction = Mud(0.05, 0.2159), 9.0, Friction(18000.0, 0.5, 0.3, 0.2)
+    plain, rig = string(), string(mud=(0.05, 0.2159))
+    drag = mud.drag(Tube(*PIPE)) + mud.drag(Tube(*COLLARS))
+    assert rig.C_1 > rig.C_2 > rig.C_m > 0.0
+    power = [motor_power(each, steady_state(each, friction, speed)) for each in (plain, rig)]
+    assert power[1] - power[0] == pytest.approx(drag * speed**2, rel=1e-9)
+    assert string(mud={"viscosity": 0.0, "hole": 0.3}) == string(mud=None) == plain
+    assert critical_slope(rig) < critical_slope(plain)  # friction may fall more before steady rotation is lost
+
+
 def test_the_string_of_2500_m_has_the_numbers_that_were_worked_out_for_it():
     rig = Rig.preset("field_2500m")
     modes = np.linalg.eigvals(jacobian(rig))
@@ -78,6 +98,11 @@ def test_the_string_of_2500_m_has_the_numbers_that_were_worked_out_for_it():
         ({"shear_modulus": 0.0}, "shear_modulus = 0.0 Pa"),
         ({"loss_time": float("nan")}, "loss_time = nan s"),
         ({"k_i": 0.0}, "k_i = 0.0 V/rad"),
+        ({"mud": (-0.1, 0.3)}, "viscosity = -0.1 Pa s is not allowed; allowed: >= 0"),
+        ({"mud": (0.1, 0.0)}, "hole = 0.0 m"),
+        ({"mud": (0.1, 0.15)}, "hole = 0.15 m is not allowed; allowed: > outer = 0.1715 m"),
+        ({"mud": 0.03}, "viscosity in Pa s, hole in m"),
+        ({"mud": {"viscosity": 0.03}}, "viscosity in Pa s, hole in m"),
     ],
 )
 def test_what_is_no_string_is_refused(changes, words):
