@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from drillrig_env import stability
     from drillrig_env.drive import Drive
     from drillrig_env.env.reward import Reward
+    from drillrig_env.env.reward_terms import RewardTerms
     from drillrig_env.env.sb3 import DrillRigVecEnv
     from drillrig_env.env.scenario import STARTS, Scenario
     from drillrig_env.env.sensors import observation_table
@@ -46,6 +47,7 @@ __all__ = [
     "Friction",
     "Law",
     "Reward",
+    "RewardTerms",
     "Rig",
     "Scenario",
     "Simulation",
@@ -65,6 +67,7 @@ _PLACES = {
     "Friction": "drillrig_env.friction",
     "Law": "drillrig_env.friction.own",
     "Reward": "drillrig_env.env.reward",
+    "RewardTerms": "drillrig_env.env.reward_terms",
     "Rig": "drillrig_env.rig",
     "STARTS": "drillrig_env.env.scenario",
     "Scenario": "drillrig_env.env.scenario",

@@ -5,8 +5,14 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import sys
+from functools import cache
 from pathlib import Path
 from types import ModuleType
+from typing import Any, TypeVar
+
+from drillrig_env.parameters import closest
+
+T = TypeVar("T")
 
 
 def load_module(file: Path) -> ModuleType:
@@ -24,3 +30,30 @@ def load_module(file: Path) -> ModuleType:
     finally:
         sys.path.remove(str(place.parent))
     return module
+
+
+def is_place(given: Any) -> bool:
+    """Whether something is a text such as "file.py:name"."""
+    return isinstance(given, str) and given.rpartition(":")[0].endswith(".py")
+
+
+def found_in(source: str, kind: type[T], what: str) -> T:
+    """The one of a `kind` that a Python file holds under a name: "file.py:name".
+
+    It is the same one for as long as the file is the same. `what` says in words what it is. Raises `ValueError` where
+    there is none.
+    """
+    file, _, name = source.rpartition(":")
+    if not Path(file).is_file():
+        raise ValueError(f"{what} {source!r} is not known: there is no file {file}")
+    module = _unchanged(Path(file).resolve(), Path(file).read_bytes())
+    found = {key: value for key, value in vars(module).items() if isinstance(value, kind)}
+    if name not in found:
+        hint = closest(name, found)
+        raise ValueError(f"{what} {source!r} is not known: {file} has no {kind.__name__} {name!r}; {hint}")
+    return found[name]
+
+
+@cache
+def _unchanged(file: Path, _text: bytes) -> ModuleType:
+    return load_module(file)

@@ -135,6 +135,9 @@ def test_law_of_a_file_is_kept_by_its_name(level, tmp_path):
     friction.to_toml(tmp_path / "friction.toml")
     assert str(Friction.of(tmp_path / "friction.toml").law) == level
     assert str(pickle.loads(pickle.dumps(friction)).law) == level
+    assert Friction(12.0, law=level).law == friction.law
+    (tmp_path / "laws.py").write_text(FILE.replace("return mu_k", "return 0.5 * mu_k"))
+    assert Friction(12.0, law=level).torque(RIG, 3.0) == pytest.approx(0.5 * friction.torque(RIG, 3.0))
 
 
 def test_law_that_no_name_leads_to_is_not_written(tmp_path):

@@ -18,7 +18,7 @@ from drillrig_env.env.bank import RigBank
 from drillrig_env.env.episode import EPISODE, SETTINGS
 from drillrig_env.env.kernel import observe_episodes, scratch, step_episodes
 from drillrig_env.env.pins import check_pins
-from drillrig_env.env.reward import TERMS
+from drillrig_env.env.reward_terms import TERMS, address_of
 from drillrig_env.env.scenario import STARTS
 from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
 from drillrig_env.env.starts import begin_episodes
@@ -174,7 +174,8 @@ class EpisodeBatch(PlaysTask):
 
         `observations` is a new array after each step, so that earlier ones keep their values.
         """
-        observations = np.empty_like(self.observations)
+        observations, own = np.empty_like(self.observations), self._task.reward.own
+        moved = None if own is None or own.compiled else ~self.ended
         lost: list[int] = []
 
         def step(part: slice) -> None:
@@ -184,14 +185,19 @@ class EpisodeBatch(PlaysTask):
             step(_ALL)
         else:
             over_slices(step, len(self.episodes), self.threads)
+        if own is not None and moved is not None:
+            lost.append(own.add_to(self.episodes, actions, moved))
         if any(lost):
             self.refuse_lost()
         self.observations = observations
 
     def refuse_lost(self) -> None:
-        """Raise `NotFiniteError` for the first rig whose state is no longer finite after a control step."""
+        """Raise `NotFiniteError` for the first rig whose state or reward is no longer finite after a control step."""
         times = self.control_period * self.episodes["step"][:, None]
         check_finite(self.episodes["state"][:, None, :7], times, "step", seeds=self.seeds)
+        own = self._task.reward.own
+        if own is not None:
+            own.check_finite(self.episodes["own_terms"], times[:, 0], self.seeds)
 
     def bound_step(self, actions: npt.NDArray[np.float32], observations: Observations) -> Callable[[], int]:
         """A call that steps every rig, each time from and into these arrays, and leaves `self.observations` alone.
@@ -200,7 +206,10 @@ class EpisodeBatch(PlaysTask):
         It is a call for this very batch: a copy needs one of its own. Where it returns more than 0, `refuse_lost`
         says why.
         """
-        return bound(step_episodes, *self._arguments(_ALL, actions, observations))
+        advance, own = bound(step_episodes, *self._arguments(_ALL, actions, observations)), self._task.reward.own
+        if own is None or own.compiled:
+            return advance
+        return lambda: advance() + own.add_to(self.episodes, actions)
 
     def get_state(self, form: str = "EpisodeBatch", **own: Any) -> EnvironmentState:
         """Everything that the coming steps depend on; `own` is what the form of the environment adds to it."""
@@ -228,7 +237,8 @@ class EpisodeBatch(PlaysTask):
 
     def info(self) -> dict[str, npt.NDArray[Any]]:
         """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""
-        episodes, ended = self.episodes, self.ended
+        episodes, ended, own = self.episodes, self.ended, self._task.reward.own
+        names = () if own is None else own.names
         return {
             "bit_speed": episodes["state"][:, 2].copy(),
             "top_speed": episodes["state"][:, 4].copy(),
@@ -243,6 +253,7 @@ class EpisodeBatch(PlaysTask):
             "start": episodes["start"].copy(),
             "rig": episodes["rig"].copy(),
             **{f"reward_{name}": episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
+            **{f"reward_{name}": episodes["own_terms"][:, i].copy() for i, name in enumerate(names)},
             "is_success": ended & self.mitigated if ended.any() else ended,
         }
 
@@ -258,7 +269,7 @@ class EpisodeBatch(PlaysTask):
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""
         task, reward, loop = self._task, self._task.reward, self._task.speed_loop
-        period, scales = task.control_period, task.scales
+        period, scales, own = task.control_period, task.scales, task.reward.own
         self._speed_scale = scales.speed
         values = {
             "law": number_of(task.scenario.friction.law),
@@ -277,6 +288,8 @@ class EpisodeBatch(PlaysTask):
             "deviation": reward.variance_shape == "absolute",
             "absolute": reward.tracking_shape == "absolute",
             "phases": reward.form == "phases",
+            "own_terms": len(own.names) if own is not None and own.compiled else 0,
+            "address": address_of(own) if own is not None and own.compiled else 0,
             "steps": self._steps,
             "window_start": self.window_start,
             "settling": round(_SETTLING * scales.time / period),

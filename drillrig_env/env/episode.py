@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from drillrig_env.env.reward_terms import MOST_TERMS
 from drillrig_env.env.scenario import MOST_LOAD_STEPS
 from drillrig_env.stepper.tables import STATE
 
@@ -41,6 +42,7 @@ EPISODE = np.dtype(
         ("torque_variance", "f8"),
         ("noise", "u8"),  # state of the generator of the measurement noise
         ("rig", "i8"),  # index into the bank of rigs
+        ("own_terms", "f8", MOST_TERMS),  # of the reward, the user's own
     ],
     align=True,
 )
@@ -62,6 +64,8 @@ SETTINGS = np.dtype(
         ("deviation", "b1"),  # shape of the variance term
         ("absolute", "b1"),  # shape of the tracking term
         ("phases", "b1"),  # whether the terms are those in phases
+        ("own_terms", "i8"),  # how many compiled terms of the user's own there are, and where their code is
+        ("address", "i8"),
         ("steps", "i8"),  # of an episode
         ("window_start", "i8"),  # step with which the last window begins
         ("settling", "i8"),  # fewest and most steps in which a start in stick-slip is brought onto its cycle

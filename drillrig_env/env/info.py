@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from drillrig_env.env.episode import EPISODE
+from drillrig_env.env.reward import Reward
 
 
 def _place(name: str, index: int = 0) -> int:
@@ -47,8 +48,17 @@ def entries_of(record: np.void) -> tuple[np.ndarray, np.ndarray]:
     return numbers, counts
 
 
-def next_info(kept: dict[str, Any], numbers: np.ndarray) -> dict[str, Any]:
-    """The info of a control step: what all of the episode say alike is in `kept`, the rest among the `numbers`."""
+def own_places(reward: Reward) -> tuple[tuple[str, int], ...]:
+    """Names in an info, and places among the numbers, of the terms of the user's own."""
+    names = () if reward.own is None else reward.own.names
+    return tuple((f"reward_{name}", _place("own_terms", i)) for i, name in enumerate(names))
+
+
+def next_info(kept: dict[str, Any], numbers: np.ndarray, own: tuple[tuple[str, int], ...]) -> dict[str, Any]:
+    """The info of a control step: what all of the episode say alike is in `kept`, the rest among the `numbers`.
+
+    `own` are the places of the reward's own terms.
+    """
     info = kept.copy()
     (
         info["bit_speed"],
@@ -60,5 +70,7 @@ def next_info(kept: dict[str, Any], numbers: np.ndarray) -> dict[str, Any]:
         info["reward_tracking"],
         info["reward_action"],
     ) = _changing(numbers)
+    for name, place in own:
+        info[name] = numbers[place]
     info["is_success"] = _NOT_YET.copy()
     return info

@@ -17,6 +17,7 @@ from drillrig_env.env.scenario import MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
 from drillrig_env.friction.law import press
 from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.jit.pointer import call_on
 from drillrig_env.stepper.propagator import WORKSPACE, advance
 from drillrig_env.stepper.tables import SAMPLES, UNITS, from_equilibrium, to_states
 
@@ -46,7 +47,7 @@ def step_episodes(
     observations: npt.NDArray[np.float32],
     scratch: Records,
 ) -> int:
-    """Step every rig whose episode is not over by one control step, in place; how many have lost a finite state.
+    """Step every rig whose episode is not over by one control step, in place; how many are no longer finite.
 
     `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
     length 1; `plants`, `rungs`, `sampling` and `shift` are those of a `RigBank`, with the rig as first index;
@@ -60,7 +61,7 @@ def step_episodes(
         if episode.step < s.steps:
             k = episode.rig
             _step(episode, actions[n, 0], s, plants[k], rungs[k], sampling[k], shift[k], work)
-            lost += not _is_finite(episode.state)
+            lost += not (_is_finite(episode.state) and isfinite(episode.reward))
         _measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
             _delay(episode, layout, past[n], observations[n])
@@ -118,6 +119,10 @@ def _step(
     episode.window_highest = max(episode.window_highest, episode.highest)
     episode.window_sum += episode.average
     episode.step += 1
+    if s.own_terms > 0:
+        call_on(s.address, episode, action)
+        for i in range(s.own_terms):
+            episode.reward += episode.own_terms[i]
 
 
 @inlined

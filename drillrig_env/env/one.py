@@ -11,14 +11,14 @@ from gymnasium.error import ResetNeeded
 
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.info import entries_of
+from drillrig_env.env.info import entries_of, own_places
 from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
 
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
-_BOUND = ("_advance", "_bank", "_seen", "_numbers", "_counts", "_picture")
+_BOUND = ("_advance", "_bank", "_rewarded", "_own", "_seen", "_numbers", "_counts", "_picture")
 """What only holds for the arrays of this very one."""
 
 
@@ -68,17 +68,19 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
         self._picture = None if self.render_mode is None else self._new_picture(record)
 
     def _bind_step(self) -> None:
-        """Make the call of a control step, of the rigs that there are now."""
-        self._advance, self._bank = self.core.bound_step(self._action, self._seen[None]), self.core.bank
+        """Make the call of a control step."""
+        self._advance = self.core.bound_step(self._action, self._seen[None])
+        self._bank, self._rewarded, self._own = self.core.bank, self.reward, own_places(self.reward)
 
     def change(self, **fields: Any) -> None:
         """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
         super().change(**fields)
-        self._follow_bank()
+        self._follow()
+        self._keep_info()
 
-    def _follow_bank(self) -> None:
-        """Step with the rigs that there are now."""
-        if self.core.bank is not self._bank:
+    def _follow(self) -> None:
+        """Step with the rigs and the reward that there are now."""
+        if self.core.bank is not self._bank or self.reward is not self._rewarded:
             self._bind_step()
 
     def get_state(self) -> EnvironmentState:
@@ -95,7 +97,7 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
         """
         own = checked_state(state, type(self).__name__).own
         self.core.set_state(state)
-        self._follow_bank()
+        self._follow()
         self._seen[:] = self.core.observations[0]
         if own["generator"] is None:
             self._np_random = None

@@ -21,6 +21,8 @@ stands,
 
 While the bit shakes, the product calm on is small wherever the mean lies, so that nothing is lost by a detour over
 high speed; once it is calm, the way down to the target pays. Nothing scores less than standing still.
+
+Terms of the user's own (`own`, see `drillrig_env.env.reward_terms`) are added to either, or stand alone.
 """
 
 from __future__ import annotations
@@ -30,13 +32,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from drillrig_env.allowed import Allowed, Choice
+from drillrig_env.allowed import Allowed, Choice, Made
+from drillrig_env.env.reward_terms import RewardTerms
+from drillrig_env.modules import is_place
 from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.toml import record_of
-
-TERMS = ("variance", "tracking", "action")
-"""Names of the reward's terms, in the order of `reward_terms`."""
-
 
 _WEIGHT = Allowed(0.0, 1e6)
 _SHAPE = Choice(("square", "absolute"))
@@ -58,6 +58,12 @@ class Reward:
         2.5, "s", "of the running mean and variance: about one stick-slip period", allowed=Allowed(1e-12, 1e12)
     )
     form: str = parameter("sum", meaning="the terms as a sum, or in phases: first calm, then on target", allowed=_FORM)
+    own: RewardTerms | None = parameter(
+        None,
+        meaning="terms of the user's own, added to these",
+        allowed=Made(RewardTerms.of, "`RewardTerms`, or file.py:name of some"),
+        none="none",
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -68,13 +74,15 @@ class Reward:
     @classmethod
     def of(cls, reward: RewardLike, time: float = 1.0) -> Reward:
         """A reward as environments take it: None for the default, "phases" for the one that agents are shipped with,
-        a `Reward`, a dictionary of changes to the default, or a TOML file.
+        a `Reward`, a dictionary of changes to the default, a TOML file, or `RewardTerms`, which then stand alone.
 
         A `time_constant` that is not given in s is the default's times `time`, a rig's scale of times. Raises
         `ValueError` for what is none of these, with the closest known name for an unknown field.
         """
         if isinstance(reward, str) and reward in PRESETS:
             made, given = PRESETS[reward], False
+        elif isinstance(reward, RewardTerms) or is_place(reward):
+            made, given = cls(0.0, 0.0, 0.0, own=RewardTerms.of(reward)), False
         else:
             made = record_of(cls, "reward", reward)
             given = "time_constant" in reward if isinstance(reward, Mapping) else reward is not None
@@ -84,5 +92,5 @@ class Reward:
 PRESETS = {"phases": Reward(variance=0.1, tracking=0.2, action=0.003, form="phases")}
 """Rewards by name."""
 
-RewardLike: TypeAlias = Reward | Mapping[str, Any] | str | Path | None
+RewardLike: TypeAlias = Reward | RewardTerms | Mapping[str, Any] | str | Path | None
 """What `Reward.of` takes."""

@@ -90,7 +90,7 @@ class DrillRigEnv(OneRig):
         reward = - V / w*^2 - ((m - w*) / w*)^2 - 0.01 a^2.
 
     Calm rotation at the target scores 0, doing nothing in stick-slip about -0.6 a step. Weights, time
-    constant and the shapes of the first two terms are fields of `Reward`.
+    constant and the shapes of the first two terms are fields of `Reward`; `RewardTerms` are terms of one's own.
 
     ## Starting State
     Drawn from the scenario, by default: the target from 1 to 5 rad/s; the normal force N_1 from 5 to
@@ -120,6 +120,7 @@ class DrillRigEnv(OneRig):
     | `mu_s`, `mu_k`, `v_b` | 1, 1, s/rad | friction of the episode |
     | `torque_into_string` | N m | at the end of the step |
     | `reward_variance`, `reward_tracking`, `reward_action` | | the terms of the reward, which is their sum |
+    | `reward_NAME` | | each term of the user's own, where there are any |
     | `delay` | control steps | by which measurements come late in the episode |
     | `start` | | how the episode really began, an index into `drillrig_env.STARTS` |
     | `rig` | | which rig of the fleet the episode has; 0 without a fleet |
@@ -139,7 +140,7 @@ class DrillRigEnv(OneRig):
     | `sensors` | by id | | what is seen | `"state"`, `"encoders"`, `"surface"`, or names of channels |
     | `noise` | by sensors | | noise of the measurements | 0 for none, 1 for the standard, or deviations by channel |
     | `delay` | by sensors | control steps | by which measurements come late | 0 to 10, or a range (low, high), drawn |
-    | `reward` | `Reward()` | | weights and shape of the reward | `"phases"`, a `Reward`, or changes to the default |
+    | `reward` | `Reward()` | | what is rewarded | `"phases"`, a `Reward`, changes to the default, or `RewardTerms` |
     | `slew_limit` | 2.0, by rig | rad/s^2 | largest rate of the speed reference | > 0 and <= 1000, by rig |
     | `largest_reference` | 10.0, by rig | rad/s | upper end of the speed reference, the scale of all speeds | > 0 |
     | `control_period` | 0.1, by rig | s | length of a control step | 1/200 to 1/5 of the rig's slowest period |
@@ -178,12 +179,12 @@ class DrillRigEnv(OneRig):
         uniforms = self.np_random.random((1, UNIFORMS))
         self.core.seeds = (self._np_random_seed,)
         self.core.reset(_ONLY, uniforms, options)
-        self._follow_bank()
+        self._follow()
         self._seen[:] = self.core.observations[0]
         if self._picture is not None:
             self._picture.begin()
         self._keep_info()
-        return self.core.observations[0], next_info(self._info, self._numbers)
+        return self.core.observations[0], next_info(self._info, self._numbers, self._own)
 
     def step(
         self, action: npt.NDArray[np.float32]
@@ -202,7 +203,7 @@ class DrillRigEnv(OneRig):
             self.core.refuse_lost()
         if self._picture is not None:
             self._picture.follow()
-        info = next_info(self._info, self._numbers)
+        info = next_info(self._info, self._numbers, self._own)
         truncated = self._counts.item(STEP) >= self._steps
         if truncated:
             info["is_success"] = self.core.mitigated[0, ...]

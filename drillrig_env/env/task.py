@@ -106,9 +106,9 @@ class Task:
     )
     reward: Reward = parameter(
         None,
-        meaning="weights and shape of the reward",
+        meaning="what is rewarded",
         none="Reward()",
-        allowed=Made(Reward.of, '`"phases"`, a `Reward`, or changes to the default'),
+        allowed=Made(Reward.of, '`"phases"`, a `Reward`, changes to the default, or `RewardTerms`'),
     )
     slew_limit: float = parameter(
         None,

@@ -32,6 +32,7 @@ import numpy as np
 from drillrig_env.allowed import Made, OneARig
 from drillrig_env.arrays import FloatArray, Quantity
 from drillrig_env.friction.contact import EXPONENTIAL, LAWS
+from drillrig_env.modules import is_place
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, check_fields, closest, describe, parameter, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.toml import read_section, record_of, write_section
@@ -54,7 +55,7 @@ def _law(law: Any) -> Any:
         return law
     from drillrig_env.friction.own import Law
 
-    if isinstance(law, str) and law.rpartition(":")[0].endswith(".py"):
+    if is_place(law):
         return Law.from_file(law)
     if not isinstance(law, Law):
         raise ValueError(f"{law!r} is not known; {closest(law, (*LAWS, 'file.py:name', 'a Law'))}")

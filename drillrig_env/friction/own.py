@@ -20,7 +20,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
-from pathlib import Path
 from typing import Any, TypeAlias
 
 import numba
@@ -28,8 +27,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.jit.pointer import SIGNATURE
-from drillrig_env.modules import load_module
-from drillrig_env.parameters import closest
+from drillrig_env.modules import found_in
 
 Function: TypeAlias = Callable[[float, float, float, float], float]
 """Of the speed (rad/s, > 0), mu_s, mu_k and v_b (s/rad)."""
@@ -81,13 +79,7 @@ class Law:
     @classmethod
     def from_file(cls, source: str) -> Law:
         """The law that a Python file holds under a name: "file.py:name". `ValueError` where there is none."""
-        file, _, name = source.rpartition(":")
-        if not Path(file).is_file():
-            raise ValueError(f"law {source!r} is not known: there is no file {file}")
-        found = {key: value for key, value in vars(load_module(Path(file))).items() if isinstance(value, cls)}
-        if name not in found:
-            raise ValueError(f"law {source!r} is not known: {file} has no Law {name!r}; {closest(name, found)}")
-        return replace(found[name], source=source)
+        return replace(found_in(source, cls, "law"), source=source)
 
     def __call__(self, speed: float, mu_s: float, mu_k: float, v_b: float) -> tuple[float, float, float]:
         """Coefficient, slope (s/rad) and curvature at a speed (rad/s)."""

@@ -25,7 +25,7 @@ class Announcement(_listener):  # type: ignore[misc]
 
     def on_start(self, event: Any) -> None:
         """A compilation begins, perhaps within another one."""
-        module = event.data["dispatcher"].py_func.__module__
+        module = event.data["dispatcher"].py_func.__module__ or ""  # what `exec` makes has none
         if self.said or (self._depth == 0 and module.partition(".")[0] != self.package):
             return
         self._depth += 1

@@ -1,8 +1,8 @@
 """Calls of machine code by its address, for kernels that are compiled and kept before there is a law to call.
 
-The code is a C function of four doubles that writes three doubles to where its fifth argument points, as
-`numba.cfunc` makes it. To the kernel its address is a number like any other, so that its own code stays the same for
-every law, and is kept on disk.
+The code is a C function as `numba.cfunc` makes it: of four doubles, which writes three doubles to where its fifth
+argument points (`call`), or of a record and a double, which writes into the record (`call_on`). To the kernel its
+address is a number like any other, so that its own code stays the same for every such function, and is kept on disk.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _pointer_to: Any = types.CPointer
 _tuple_of: Any = types.UniTuple
 
 SIGNATURE = types.void(*[types.float64] * 4, _pointer_to(types.float64))
-"""Numba's signature of such a function."""
+"""Numba's signature of a function for `call`."""
 
 
 @_built_in
@@ -38,3 +38,17 @@ def call(_context: Any, address: Any, _a: Any, _b: Any, _c: Any, _d: Any) -> Any
 
     numbers = _tuple_of(types.float64, 3)
     return numbers(types.int64, *[types.float64] * 4), generate
+
+
+@_built_in
+def call_on(_context: Any, address: Any, record: Any, _number: Any) -> Any:
+    """Let the function at `address` (int64) write into a `record`, given a number."""
+
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        place = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [place, ir.DoubleType()])
+        function = builder.inttoptr(arguments[0], kind.as_pointer())
+        builder.call(function, [builder.bitcast(arguments[1], place), arguments[2]])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, record, types.float64), generate

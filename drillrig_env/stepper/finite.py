@@ -18,7 +18,7 @@ _UNSOLVED = "a step before it does not converge down to 2e-12 of a control perio
 
 
 class NotFiniteError(FloatingPointError):
-    """A state of a rig has become infinite, its next step cannot be solved, or disc 2 turns backwards against T_r2."""
+    """A state or reward has become infinite, a step cannot be solved, or disc 2 turns backwards against T_r2."""
 
 
 def check_finite(

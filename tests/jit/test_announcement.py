@@ -29,6 +29,7 @@ def test_only_a_long_compilation_of_the_package_is_announced_and_only_once(monke
     listener = Announcement("rigs")
     compile_for(listener, 0.0, "rigs.kernel", "numba.builtins")
     compile_for(listener, 0.5, "somebody.else")
+    compile_for(listener, 0.0, None)  # a function that has no module
     assert capsys.readouterr().err == ""
     compile_for(listener, 1.0, "rigs.kernel", "numba.builtins")
     compile_for(listener, 0.5, "rigs.kernel")
