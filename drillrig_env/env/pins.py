@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from drillrig_env.allowed import Allowed
 from drillrig_env.arrays import FloatArray
-from drillrig_env.env.scenario import MOST_LOAD_STEPS, STARTS
+from drillrig_env.env.scenario import GIVEN, MOST_LOAD_STEPS, STARTS
+from drillrig_env.model import STATE_NAMES, STATE_UNITS
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, closest, refuse
 
 _PINS: dict[str, tuple[str, Allowed]] = {
@@ -20,16 +21,17 @@ _PINS: dict[str, tuple[str, Allowed]] = {
     "v_b": ("s/rad", POSITIVE),
     "speed_target": ("rad/s", POSITIVE),
 }
-PINS = (*_PINS, "rig", "start", "load_steps")
+PINS = (*_PINS, "rig", "start", "state", "speed_reference", "load_steps")
 """The keys that `reset(options=...)` understands."""
 
 
 def check_pins(
     options: Mapping[str, Any] | None, rigs: int, duration: float, targets: Allowed = POSITIVE
 ) -> dict[str, Any]:
-    """The options of a reset, checked: numbers (or one entry a rig), a start, a list of load steps.
+    """The options of a reset, checked: numbers (or one entry a rig), a start, a state, a list of load steps.
 
-    `duration` (s) is that of an episode, and `targets` are the speed targets (rad/s) that the task allows.
+    `duration` (s) is that of an episode, and `targets` are the speed targets (rad/s) that the task allows; the largest
+    is the largest speed reference.
 
     Raises `ValueError` for an unknown key or an impossible value; it names the key, the value, its
     unit and what is allowed.
@@ -42,6 +44,10 @@ def check_pins(
             pins[key] = value  # an index or a rig; the bank knows them
         elif key == "start":
             pins[key] = _check_start(value, rigs)
+        elif key == "state":
+            pins[key] = _check_state(value, rigs)
+        elif key == "speed_reference":
+            pins[key] = _check_number(key, value, rigs, "rad/s", Allowed(0.0, targets.high))
         elif key == "load_steps":
             pins[key] = _check_load_steps(value, duration)
         else:
@@ -49,6 +55,7 @@ def check_pins(
             pins[key] = _check_number(key, value, rigs, unit, targets if key == "speed_target" else allowed)
     if "mu_s" in pins and "mu_k" in pins and np.any(pins["mu_s"] < pins["mu_k"]):
         raise refuse("reset options", "mu_s", pins["mu_s"], "", f">= mu_k = {pins['mu_k']}")
+    _check_together(pins)
     return pins
 
 
@@ -61,8 +68,11 @@ def options_of(options: Any) -> dict[str, Any]:
 
 def pins_of(options: Mapping[str, Any], indices: npt.NDArray[np.intp], rigs: int) -> dict[str, Any]:
     """The options of some of `rigs` rigs, from options whose lists have one entry for each of them all."""
+    shapes: dict[str, tuple[int, ...]] = {"state": (rigs, len(STATE_NAMES))}
     return {
-        key: np.asarray(value)[indices] if key != "load_steps" and np.shape(value) == (rigs,) else value
+        key: np.asarray(value)[indices]
+        if key != "load_steps" and np.shape(value) == shapes.get(key, (rigs,))
+        else value
         for key, value in options.items()
     }
 
@@ -81,6 +91,37 @@ def _check_start(value: Any, rigs: int) -> np.ndarray:
     if names.shape not in ((), (rigs,)) or not all(name in STARTS for name in np.atleast_1d(names)):
         raise refuse("reset options", "start", repr(value), "", f"{', '.join(STARTS)}; one, or one a rig")
     return np.array([STARTS.index(name) for name in np.atleast_1d(names)]).reshape(names.shape)
+
+
+def _check_state(value: Any, rigs: int) -> FloatArray:
+    states = ", ".join(f"{name} in {unit}" for name, unit in zip(STATE_NAMES, STATE_UNITS, strict=True))
+    shapes = ((len(STATE_NAMES),), (rigs, len(STATE_NAMES)))
+    try:
+        array = np.asarray(value)
+    except ValueError as error:  # lists of unequal lengths
+        raise refuse("reset options", "state", repr(value), "", f"numbers of shape (7,): {states}") from error
+    if array.dtype.kind not in "iuf" or array.shape not in shapes:
+        given = array.shape if array.dtype.kind in "iuf" else repr(value)
+        raise refuse("reset options", "shape of state", given, "", f"(7,) or ({rigs}, 7): {states}")
+    for name, unit, column in zip(STATE_NAMES, STATE_UNITS, np.moveaxis(array, -1, 0), strict=True):
+        if not Allowed().holds(column):
+            raise refuse("reset options", f"{name} of state", column, unit, Allowed())
+    return array.astype(float)
+
+
+def _check_together(pins: Mapping[str, Any]) -> None:
+    """Refuse what belongs to a given state without one, and another start beside one."""
+    starts = np.atleast_1d(pins.get("start", []))
+    if "state" in pins and np.any(starts != GIVEN):
+        other = STARTS[starts[starts != GIVEN][0]]
+        raise refuse("reset options", "start", other, "", f"none beside a state, or {STARTS[GIVEN]}")
+    if "state" not in pins and np.any(starts == GIVEN):
+        raise refuse("reset options", "start", STARTS[GIVEN], "", f"{', '.join(STARTS[:GIVEN])}; or a state beside it")
+    if "state" not in pins and "speed_reference" in pins:
+        raise ValueError(
+            f"reset options: speed_reference = {pins['speed_reference']} rad/s is not allowed without a state; other "
+            "episodes begin with that of the target, and at rest with 0 rad/s"
+        )
 
 
 def _check_load_steps(value: Any, duration: float) -> list[tuple[float, float]]:

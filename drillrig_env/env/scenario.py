@@ -19,9 +19,9 @@ from drillrig_env.rig import Rig
 from drillrig_env.scales import Scales
 from drillrig_env.toml import record_of
 
-Start: TypeAlias = Literal["stick_slip", "steady", "rest"]
-STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest")
-STICK_SLIP, STEADY, REST = range(3)
+Start: TypeAlias = Literal["stick_slip", "steady", "rest", "given"]
+STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest", "given")
+STICK_SLIP, STEADY, REST, GIVEN = range(4)
 MOST_LOAD_STEPS = 8
 UNIFORMS = 12
 """Uniform numbers on [0, 1) that one episode takes from its generator, whatever it uses of them."""
@@ -179,6 +179,8 @@ class Scenario:
         start = np.select([u[5] < self.stick_slip, u[5] < self.stick_slip + self.steady], [STICK_SLIP, STEADY], REST)
         if "start" in pins:
             start = np.broadcast_to(pins["start"], n).copy()
+        if "state" in pins:
+            start = np.full(n, GIVEN)
         times = np.full((n, MOST_LOAD_STEPS), np.inf)
         forces = np.zeros((n, MOST_LOAD_STEPS))
         if "load_steps" in pins:
@@ -189,7 +191,8 @@ class Scenario:
             forces[:, 0] = _between(self.load_force or self.normal_force, u[9])
         target = drawn.pop("speed_target")
         friction = Friction(**drawn, law=self.friction.law)
-        return Draws(rig, target, friction, start, u[6], times, forces, delay=u[10], noise=u[11])
+        given = {name: pins.get(name) for name in ("state", "speed_reference")}
+        return Draws(rig, target, friction, start, u[6], times, forces, delay=u[10], noise=u[11], **given)
 
     def _friction_of(self, rig: np.ndarray, rig_friction: FloatArray) -> tuple[Quantity, Quantity, Quantity]:
         """mu_s, mu_k and v_b of the rigs, before the episode's own draws."""
@@ -213,6 +216,8 @@ class Draws:
     load_forces: FloatArray  # (n, MOST_LOAD_STEPS), N
     delay: FloatArray  # where in its range the delay of the measurements lies, 0 to 1
     noise: FloatArray  # seed of the measurement noise, 0 to 1
+    state: FloatArray | None = None  # (7,) or (n, 7), in which they begin where it is given
+    speed_reference: FloatArray | None = None  # rad/s, () or (n,), with which they then begin; None is the target
 
 
 PRESETS: dict[str, Scenario] = {

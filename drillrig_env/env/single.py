@@ -104,7 +104,9 @@ class DrillRigEnv(OneRig):
 
     `reset(options={...})` pins any of `normal_force` (N), `mu_s`, `mu_k`, `v_b` (s/rad),
     `speed_target` (rad/s), `start` ("stick_slip", "steady", "rest"), `load_steps`, a list of
-    (time in s, N_1 in N), and `rig`, the index of a rig of the fleet or any `Rig`.
+    (time in s, N_1 in N), and `rig`, the index of a rig of the fleet or any `Rig`. `state`, the 7 numbers of
+    `drillrig_env.model`, is where an episode begins (`start` is then "given"), and beside it `speed_reference`
+    (rad/s) the reference with which it does, in place of the target.
 
     ## Episode End
     Never terminated; truncated after 60 s. Another `step` needs a `reset` first.

@@ -1,4 +1,4 @@
-"""How episodes begin: in developed stick-slip where there is any, in steady rotation, or at rest."""
+"""How episodes begin: in developed stick-slip where there is any, in steady rotation, at rest, or in a given state."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, bank: RigBank
     """The records of n new episodes at their first moment, from what they drew.
 
     `settings` are those of the batch. The start is made with the nominal rig's own drive, and handed over to the drive
-    of the task.
+    of the task; a given state is the episode's first, under the drive of the task. But for a start in stick-slip, all
+    running statistics are those of a rig that has always turned as it does now.
     """
     rig, friction, target = bank.parameters(draws.rig), draws.friction, draws.speed_target
     contact = friction.as_array(len(target))
@@ -37,9 +38,17 @@ def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, bank: RigBank
     rest = draws.start == REST
     fresh["state"][rest, :7] = frictionless_state(bank.parameters(draws.rig[rest]), np.zeros(rest.sum()))
     fresh["speed_reference"][rest] = fresh["mean"][rest] = 0.0
+    if draws.state is not None:
+        fresh["state"][:, :7] = draws.state
+        fresh["mean"] = fresh["state"][:, 2]
+        if draws.speed_reference is not None:
+            fresh["speed_reference"] = draws.speed_reference
     fresh["string_torque"] = fresh["torque_mean"] = _estimate(bank, fresh)
     _settle(fresh, np.flatnonzero(draws.start == STICK_SLIP), draws, settings, bank, threads)
-    _hand_over(task, bank, fresh)
+    if draws.state is None:
+        _hand_over(task, bank, fresh)
+    else:
+        fresh["voltage"] = _voltage(task, bank, fresh)
     fresh["torque_into_string"] = torque_into_string(rig, fresh["state"][:, :7])
     return fresh
 
@@ -96,3 +105,11 @@ def _hand_over(task: Task, bank: RigBank, fresh: np.ndarray) -> None:
     if drive is not None:
         added = bank.plants["back_emf_compensation"][fresh["rig"]] * state[:, 4]
         state[:, 6] = (fresh["voltage"] - added - drive.k_p * error) / drive.k_i
+
+
+def _voltage(task: Task, bank: RigBank, episodes: np.ndarray) -> FloatArray:
+    """What the drive of the task makes of the rigs' states, V; shape (n,)."""
+    state, loop = episodes["state"], task.speed_loop
+    added = bank.plants["back_emf_compensation"][episodes["rig"]] * state[:, 4]
+    error = episodes["speed_reference"] - state[:, 4]
+    return np.asarray(loop.k_p * error + loop.k_i * state[:, 6] + added)
