@@ -39,22 +39,6 @@ PLANT = np.dtype(
 
 
 @dataclass(frozen=True, eq=False)
-class TableStack:
-    """The tables of several rigs, with the rig as first index; see `drillrig_env.stepper.tables.Tables`."""
-
-    rungs: np.ndarray
-    sampling: np.ndarray
-    shift: np.ndarray
-
-    @classmethod
-    def of(cls, tables: Sequence[Tables]) -> TableStack:
-        """Tables side by side."""
-        if len(tables) == 1:
-            return cls(tables[0].rungs[None], tables[0].sampling[None], tables[0].shift[None])
-        return cls(*(np.stack([getattr(each, name) for each in tables]) for name in ("rungs", "sampling", "shift")))
-
-
-@dataclass(frozen=True, eq=False)
 class RigBank:
     """The rigs of a batch, and what kernels need of them; `nominal` is what drive and sensors take each of them for.
 
@@ -65,8 +49,8 @@ class RigBank:
     members: Members
     guests: tuple[Rig, ...]
     plants: np.ndarray
-    tables: TableStack
-    start_tables: TableStack
+    tables: Tables
+    start_tables: Tables
 
     @classmethod
     def of(cls, task: Task, guests: Sequence[Rig] = ()) -> RigBank:
@@ -147,10 +131,13 @@ def _bank(nominal: Rig, members: Members, drive: Drive | None, period: float, gu
     rigs = (*members.rigs, *(with_gains_of(rig, nominal) for rig in guests))
     seen = drive if drive is None or rigs == (nominal,) else drive.on(nominal)
     plants = np.array([_plant(rig, nominal, seen, period) for rig in rigs], dtype=PLANT)
-    build = step_tables if len(rigs) == 1 else build_tables
-    start = TableStack.of([build(rig, period) for rig in rigs])
-    tables = start if seen is None else TableStack.of([build(rig, period, drive=seen) for rig in rigs])
+    start = _tables(rigs, period, None)
+    tables = start if seen is None else _tables(rigs, period, seen)
     return RigBank(nominal, members, rigs[len(members) :], plants, tables, start)
+
+
+def _tables(rigs: tuple[Rig, ...], period: float, drive: Drive | None) -> Tables:
+    return step_tables(rigs[0], period, drive=drive) if len(rigs) == 1 else build_tables(rigs, period, drive=drive)
 
 
 def _plant(rig: Rig, nominal: Rig, drive: Drive | None, period: float) -> tuple[float, ...]:

@@ -31,7 +31,7 @@ from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked, refuse
 from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.stepper.tables import SAMPLES
+from drillrig_env.stepper.ladder import SAMPLES
 from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_mitigated
 
 Observations = npt.NDArray[np.float32]
@@ -305,9 +305,7 @@ class EpisodeBatch(PlaysTask):
             actions[part],
             self._settings,
             self._bank.plants,
-            tables.rungs,
-            tables.sampling,
-            tables.shift,
+            tables.ladders,
             self._layout,
             self._past[part],
             observations[part],

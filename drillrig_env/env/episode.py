@@ -6,7 +6,7 @@ import numpy as np
 
 from drillrig_env.env.reward_terms import MOST_TERMS
 from drillrig_env.env.scenario import MOST_LOAD_STEPS
-from drillrig_env.stepper.tables import STATE
+from drillrig_env.stepper.ladder import STATE
 
 EPISODE = np.dtype(
     [

@@ -18,8 +18,8 @@ from drillrig_env.env.sensors import CHANNELS, LIMIT
 from drillrig_env.friction.law import press
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.pointer import call_on
+from drillrig_env.stepper.ladder import SAMPLES, UNITS, from_equilibrium, to_states
 from drillrig_env.stepper.propagator import WORKSPACE, advance
-from drillrig_env.stepper.tables import SAMPLES, UNITS, from_equilibrium, to_states
 
 _CHANNELS = len(CHANNELS)
 _SAME_STEP = 1e-8  # share of a control step by which a load step may be late for its time, in rounding
@@ -39,9 +39,7 @@ def step_episodes(
     actions: npt.NDArray[np.float32],
     settings: Records,
     plants: Records,
-    rungs: Records,
-    sampling: Records,
-    shift: Records,
+    ladders: Records,
     layout: Records,
     past: Past,
     observations: npt.NDArray[np.float32],
@@ -50,7 +48,7 @@ def step_episodes(
     """Step every rig whose episode is not over by one control step, in place; how many are no longer finite.
 
     `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
-    length 1; `plants`, `rungs`, `sampling` and `shift` are those of a `RigBank`, with the rig as first index;
+    length 1; `plants` and `ladders` are those of a `RigBank`, a record a rig;
     `layout` is the sensors' and `observations` of shape (n, channels) is filled for all rigs.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
@@ -60,7 +58,7 @@ def step_episodes(
         episode = episodes[n]
         if episode.step < s.steps:
             k = episode.rig
-            _step(episode, actions[n, 0], s, plants[k], rungs[k], sampling[k], shift[k], work)
+            _step(episode, actions[n, 0], s, plants[k], ladders[k], work)
             lost += not (_is_finite(episode.state) and isfinite(episode.reward))
         _measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
@@ -87,9 +85,7 @@ def _step(
     action: float,
     s: Record,
     plant: Record,
-    rungs: Records,
-    sampling: Records,
-    shift: Records,
+    ladder: Record,
     work: Record,
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
@@ -98,7 +94,7 @@ def _step(
     while episode.next_load < MOST_LOAD_STEPS and episode.load_times[episode.next_load] <= now:
         episode.normal_force = episode.load_forces[episode.next_load]
         episode.next_load += 1
-    _hold(episode, s, plant, rungs, sampling, shift, work)
+    _hold(episode, s, plant, ladder, work)
     variance, tracking, effort = reward_terms(
         episode.mean,
         episode.variance,
@@ -126,17 +122,15 @@ def _step(
 
 
 @inlined
-def _hold(
-    episode: Record, s: Record, plant: Record, rungs: Records, sampling: Records, shift: Records, work: Record
-) -> None:
+def _hold(episode: Record, s: Record, plant: Record, ladder: Record, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
     x, y, contact = episode.state, work.y, work.contact
     press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, plant.r_1, plant.omega_s, s.law)
     contact.speed_reference = episode.speed_reference
     top_speed, error_integral = x[4], x[6]
-    from_equilibrium(x, contact, shift, y)
-    advance(y, contact, rungs, sampling, work, True, UNITS)
-    to_states(y, contact, shift, x)
+    from_equilibrium(x, contact, ladder, y)
+    advance(y, contact, ladder, work, True, UNITS)
+    to_states(y, contact, ladder, x)
     lowest = highest = work.speed_samples[0]
     highest_torque = work.torque_samples[0]
     mean, variance, total, torque, stuck = episode.mean, episode.variance, 0.0, 0.0, 0
@@ -226,9 +220,7 @@ def settle_episodes(
     phases: FloatArray,
     settings: Records,
     plants: Records,
-    rungs: Records,
-    sampling: Records,
-    shift: Records,
+    ladders: Records,
     scratch: Records,
 ) -> None:
     """Bring wound-up rigs onto their stick-slip cycle, each to its phase (0 to 1); all in place.
@@ -245,7 +237,7 @@ def settle_episodes(
         was_stuck, last_release, period, end = True, 0, 0, s.longest_settling
         step = 0
         while step < end:
-            _hold(episode, s, plants[k], rungs[k], sampling[k], shift[k], work)
+            _hold(episode, s, plants[k], ladders[k], work)
             if not _is_finite(episode.state):
                 end = step
             if episode.start == STEADY:  # not yet found to cycle

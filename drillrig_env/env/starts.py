@@ -85,9 +85,7 @@ def _settle(
             phases[part],
             settings,
             bank.plants,
-            tables.rungs,
-            tables.sampling,
-            tables.shift,
+            tables.ladders,
             scratch(),
         )
 

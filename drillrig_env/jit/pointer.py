@@ -1,8 +1,10 @@
-"""Calls of machine code by its address, for kernels that are compiled and kept before there is a law to call.
+"""Machine code and records by their addresses, for kernels that are compiled and kept before there is either.
 
 The code is a C function as `numba.cfunc` makes it: of four doubles, which writes three doubles to where its fifth
 argument points (`call`), or of a record and a double, which writes into the record (`call_on`). To the kernel its
 address is a number like any other, so that its own code stays the same for every such function, and is kept on disk.
+So it is with a function of Python's that `ctypes` makes callable (`answer_of`), which takes the lock of the interpreter
+by itself.
 """
 
 from __future__ import annotations
@@ -52,3 +54,25 @@ def call_on(_context: Any, address: Any, record: Any, _number: Any) -> Any:
         return context.get_dummy_value()
 
     return types.void(types.int64, record, types.float64), generate
+
+
+@_built_in
+def answer_of(_context: Any, address: Any, _number: Any) -> Any:
+    """What the function at `address` (int64), of one int64, returns: an int64."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        whole = ir.IntType(64)
+        function = builder.inttoptr(arguments[0], ir.FunctionType(whole, [whole]).as_pointer())
+        return builder.call(function, [arguments[1]])
+
+    return types.int64(types.int64, types.int64), generate
+
+
+@_built_in
+def record_at(_context: Any, address: Any, like: Any) -> Any:
+    """The record at `address` (int64), of the type of `like`. Nothing is checked."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.inttoptr(arguments[0], context.get_value_type(signature.return_type))
+
+    return like(types.int64, like), generate

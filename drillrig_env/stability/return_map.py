@@ -106,10 +106,10 @@ class ReturnMap:
         work, derivative = workspace(), np.eye(7, COLUMNS)
         y = work["y"][0]
         y[:7] = state - at_rest
-        rungs = step_tables(self.rig, period, _TOLERANCE).rungs
+        tables = step_tables(self.rig, period, _TOLERANCE)
         work["contact"] = self._contact
         work["contact"]["speed_reference"] = speed_reference
-        periods, in_stick = follow(work, derivative, rungs, *self._stick, with_derivative)
+        periods, in_stick = follow(work, derivative, tables.ladders[0], *self._stick, with_derivative)
         if np.isnan(periods):
             return None
         rates = self._slipping @ y[:7]

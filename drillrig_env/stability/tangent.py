@@ -19,8 +19,8 @@ from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.stepper.collocation import solve_nodes, take_step
 from drillrig_env.stepper.exponentials import NODES
+from drillrig_env.stepper.ladder import STATE, table_of
 from drillrig_env.stepper.propagator import caution_for
-from drillrig_env.stepper.tables import STATE
 
 SHORTEST = 30
 """The rung of the shortest steps, with which kinks and the section are met: 5e-11 s, for the chapter's rig."""
@@ -38,7 +38,7 @@ _MOST_STEPS = 1 << 20
 def follow(
     works: Records,
     derivative: FloatArray,
-    rungs: Records,
+    ladder: Record,
     stick: FloatArray,
     stuck_state: FloatArray,
     with_derivative: bool,
@@ -47,7 +47,7 @@ def follow(
 
     works        one WORKSPACE record, with the states less the frictionless equilibrium as `y`, and the `contact`
     derivative   shape (7, COLUMNS): of `y` by the states and the speed reference at the start; identity to begin with
-    rungs        of the step tables
+    ladder       the LADDER record of the rig
     stick        shape (SHORTEST + 1, 7, 7): the flow in the stick zone over the step of each rung
     stuck_state  shape (7,): what of `y` would hold still in the stick zone, for a speed reference of 1 rad/s
 
@@ -58,8 +58,8 @@ def follow(
     speed, rounding = contact.speed_reference, _ROUNDING * contact.speed_reference
     edge, knee = contact.omega_s - rounding, contact.knee - rounding
     new, before, nodes = np.zeros((7, COLUMNS)), np.zeros(STATE), np.zeros((NODES, NODES + COLUMNS))
-    work.caution = caution_for(contact, rungs[0])
-    first = rungs[0].first
+    work.caution = caution_for(contact, ladder)
+    first = ladder.first
     zone, rung, approaching, passes = zone_of(y[2] + speed, edge, knee), first, False, False
     has_stuck = False
     elapsed, in_stick = 0, 0
@@ -74,10 +74,10 @@ def follow(
                 y[2] = copysign(contact.omega_s, y[2] + speed) - speed
             leaves = abs(y[2] + speed) >= edge
         else:
-            reach = solve_nodes(y, zone, contact, rungs[rung], work)
+            reach = solve_nodes(y, zone, contact, ladder, rung, work)
             solved, leaves = reach != 0.0 or rung == SHORTEST, reach != 1.0 and reach != 0.0
             if not leaves or rung == SHORTEST:
-                take_step(y, rungs[rung], work)
+                take_step(y, table_of(ladder, rung), work)
                 leaves = zone_of(y[2] + speed, edge, knee) != zone
                 passes = has_stuck and before[2] < 0.0 <= y[2]
         if (leaves or passes or not solved) and rung < SHORTEST:
@@ -89,7 +89,7 @@ def follow(
             if zone == 0:
                 _differentiate_stick(derivative, new, stick[rung], stuck_state)
             else:
-                _differentiate_slip(derivative, new, nodes, zone, contact, rungs[rung], work)
+                _differentiate_slip(derivative, new, nodes, zone, contact, table_of(ladder, rung), work)
         elapsed += 1 << (SHORTEST - rung)
         in_stick += 1 << (SHORTEST - rung) if zone == 0 else 0
         if passes:
@@ -101,7 +101,7 @@ def follow(
             approaching = False
             if leaves:
                 left, zone = zone, zone_of(y[2] + speed, edge, knee)
-                share = _rate_of_bit(y, zone, contact, rungs[0]) / _rate_of_bit(y, left, contact, rungs[0]) - 1.0
+                share = _rate_of_bit(y, zone, contact, ladder) / _rate_of_bit(y, left, contact, ladder) - 1.0
                 for column in range(COLUMNS if with_derivative else 0):
                     derivative[2, column] += share * (derivative[2, column] + (1.0 if column == 7 else 0.0))
         if not approaching:
@@ -110,12 +110,12 @@ def follow(
 
 
 @compiled
-def _rate_of_bit(y: FloatArray, zone: int, contact: Record, table: Record) -> float:
+def _rate_of_bit(y: FloatArray, zone: int, contact: Record, ladder: Record) -> float:
     """The rate of x_3 under one piece of the law."""
     torque, _ = torque_in_zone(zone, y[2] + contact.speed_reference, contact)
-    rate = torque * table.rate_from_torque[2]
+    rate = torque * ladder.rate_from_torque[2]
     for k in range(7):
-        rate += y[k] * table.rate_from_state[k, 2]
+        rate += y[k] * ladder.rate_from_state[k, 2]
     return float(rate)
 
 

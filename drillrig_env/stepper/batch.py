@@ -14,9 +14,10 @@ from drillrig_env.model import check_state
 from drillrig_env.parameters import NOT_NEGATIVE, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.finite import check_finite
+from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
 from drillrig_env.stepper.limits import check_computable
 from drillrig_env.stepper.propagator import advance, workspace
-from drillrig_env.stepper.tables import TOLERANCE, UNITS, from_equilibrium, step_tables, to_states
+from drillrig_env.stepper.tables import TOLERANCE, step_tables
 from drillrig_env.stepper.times import sample_count, step_of
 
 
@@ -97,9 +98,7 @@ def advance_batch(
         _advance_rigs(
             np.ascontiguousarray(states[part], dtype=float),
             contacts[part],
-            tables.rungs,
-            tables.sampling,
-            tables.shift,
+            tables.ladders,
             workspace(),
             every,
             result[part],
@@ -115,19 +114,17 @@ def advance_batch(
 def _advance_rigs(
     states: FloatArray,
     contacts: Records,
-    rungs: Records,
-    sampling: Records,
-    shift: Records,
+    ladders: Records,
     works: Records,
     every: int,
     result: FloatArray,
 ) -> None:
-    work = works[0]
+    work, ladder = works[0], ladders[0]
     y = work.y
     for n in range(states.shape[0]):
         contact = contacts[n]
-        from_equilibrium(states[n], contact, shift, y)
+        from_equilibrium(states[n], contact, ladder, y)
         for sample in range(result.shape[1]):
             for _ in range(every):
-                advance(y, contact, rungs, sampling, work, False, UNITS)
-            to_states(y, contact, shift, result[n, sample])
+                advance(y, contact, ladder, work, False, UNITS)
+            to_states(y, contact, ladder, result[n, sample])

@@ -16,7 +16,7 @@ from drillrig_env.friction.law import edges_of, torque_in_zone
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.exponentials import BETWEEN, NODES, POWERS_FROM_NODES, RADAU_NODES
-from drillrig_env.stepper.tables import SAMPLES, STATE
+from drillrig_env.stepper.ladder import SAMPLES, STATE, table_of
 
 _NEWTON_LIMIT = 8
 
@@ -83,18 +83,19 @@ def workspace() -> np.ndarray:
 
 
 @compiled
-def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: Record) -> float:
+def solve_nodes(y: FloatArray, zone: int, contact: Record, ladder: Record, rung: int, work: Record) -> float:
     """Solve a step with one piece of the law; the share of the step over which the solution holds.
 
     1 is the whole step; less means that it crosses the kink there, and 0 that no share is accurate.
-    Unless `table` is a `fine` one the place of a kink is a guess, good for choosing shorter steps. Newton's method
+    Above the first fine rung the place of a kink is a guess, good for choosing shorter steps. Newton's method
     begins from the law's tangent at the start. The other arguments are those of `advance`; `zone` is
-    the piece of the law, `table` the tables of the step's length.
+    the piece of the law, `rung` the step's length.
 
     Newton's error is that of the linearised T_r1 at a node: half of T_r1'' step^2, with T_r1'' = -v_b T_r1'. Of other
     laws than the exponential one it is what the law differs by there.
     """
     speed_reference, omega_s = contact.speed_reference, contact.omega_s
+    table, fine = table_of(ladder, rung), rung >= ladder.fine_from
     start = y[2] + speed_reference
     torque, slope = torque_in_zone(zone, start, contact)
     A = table.node_from_state
@@ -106,28 +107,28 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, table: Record, work: 
         work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
         change, largest = _newton_step(table, work)
-        near = 0.5 * contact.v_b * change * work.caution < table.newton_tolerance
+        near = 0.5 * contact.v_b * change * work.caution < ladder.newton_tolerance
         # Far from where the law was linearised its slope there tells nothing: where friction had long fallen, it was 0.
         near = near and contact.v_b * largest < _FARTHEST
         if contact.law != EXPONENTIAL and zone != 0:
-            near = _meets_law(zone, contact, table, work)
+            near = _meets_law(zone, contact, ladder, work)
         if zone == 0 or near:
-            return _reach(y, start, torque, zone, contact, table, work)
+            return _reach(y, start, torque, zone, contact, ladder, rung, work)
         for j in range(NODES):
-            if not table.fine and zone * work.speed[j] < omega_s - table.clearly_beyond:
-                return _crossing(start, zone, contact, table, work)
+            if not fine and zone * work.speed[j] < omega_s - ladder.clearly_beyond:
+                return _crossing(start, zone, contact, fine, work)
             work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], contact)
     return 0.0
 
 
 @compiled
-def _meets_law(zone: int, contact: Record, table: Record, work: Record) -> bool:
+def _meets_law(zone: int, contact: Record, ladder: Record, work: Record) -> bool:
     """Whether the linearised T_r1 at every node is that of the law at the speed found there."""
     off = 0.0
     for j in range(NODES):
         torque, _ = torque_in_zone(zone, work.speed[j], contact)
         off = max(off, abs(torque - work.torque[j])) if contact.law != LINEAR else 0.0
-    return bool(off * work.caution < table.newton_tolerance)
+    return bool(off * work.caution < ladder.newton_tolerance)
 
 
 @inlined
@@ -169,14 +170,14 @@ def _newton_step(table: Record, work: Record) -> tuple[float, float]:
 
 @inlined
 def _reach(
-    y: FloatArray, start: float, torque: float, zone: int, contact: Record, table: Record, work: Record
+    y: FloatArray, start: float, torque: float, zone: int, contact: Record, ladder: Record, rung: int, work: Record
 ) -> float:
     """The share of a solved step over which its solution holds, as `solve_nodes` returns it.
 
     The start of a step is no node, so how far T_r1 there lies from the cubic through its node values (the
     defect, N m) tells how well a cubic follows T_r1.
     """
-    lowest, highest = work.speed[0], work.speed[0]
+    fine, lowest, highest = rung >= ladder.fine_from, work.speed[0], work.speed[0]
     nearer, farther = edges_of(zone, contact.omega_s, contact.knee)
     defect = torque - POWERS_FROM_NODES[0, 0] * work.torque[0]
     for j in range(1, NODES):
@@ -185,40 +186,42 @@ def _reach(
     weight = work.caution
     if zone != 0:
         weight *= max(1.0, _PER_FALL * contact.v_b * (max(highest, start) - min(lowest, start)))
-    rough = not abs(defect) * weight <= table.largest_defect
-    if rough and abs(defect) <= table.largest_defect / weight + _rounding(y, contact, table, work):
+    rough = not abs(defect) * weight <= ladder.largest_defect
+    if rough and abs(defect) <= ladder.largest_defect / weight + _rounding(y, contact, ladder, work):
         rough = False
-    if table.fine and rough:
+    if fine and rough:
         return 0.0
-    watched = table.watched or (zone != 0 and (work.caution > 1.0 or contact.law != EXPONENTIAL))
+    watched = ladder.watched or (zone != 0 and (work.caution > 1.0 or contact.law != EXPONENTIAL))
     nearest, farthest = (lowest, highest) if zone > 0 else (-highest, -lowest)
     if (zone != 0 and nearest < nearer) or (zone == 0 and max(highest, -lowest) >= farther) or farthest >= farther:
-        share = _crossing(start, zone, contact, table, work)
-        return 0.0 if watched and table.fine and not _follows(y, zone, contact, table, work, weight, share) else share
+        share = _crossing(start, zone, contact, fine, work)
+        held = not (watched and fine) or _follows(y, zone, contact, ladder, rung, work, weight, share)
+        return share if held else 0.0
     # Where it turns the speed may dip, or peak, between two nodes by a fraction of its range.
     between = (max(highest, start) - min(lowest, start)) / 8.0
     if zone * (work.speed[0] - start) < 0.0:
         rough |= nearest - between < nearer
     elif zone != 0:
         rough |= farthest + between >= farther
-    rough |= watched and not rough and not _follows(y, zone, contact, table, work, weight, 1.0)
+    rough |= watched and not rough and not _follows(y, zone, contact, ladder, rung, work, weight, 1.0)
     return 0.0 if rough else 1.0
 
 
 @compiled
 def _follows(
-    y: FloatArray, zone: int, contact: Record, table: Record, work: Record, weight: float, share: float
+    y: FloatArray, zone: int, contact: Record, ladder: Record, rung: int, work: Record, weight: float, share: float
 ) -> bool:
     """Whether the cubic follows T_r1 between the nodes too, up to a `share` of the step; `weight` counts its errors.
 
     The start alone may show no defect by chance, and none of a rise within a dip of the speed.
     """
-    A, b, T, speeds = table.between_from_state, table.between_from_torque, work.torque, work.between
+    table, T, speeds = table_of(ladder, rung), work.torque, work.between
+    A, b = table.between_from_state, table.between_from_torque
     linear = contact.speed_reference + y[0] * row(A, 0, NODES) + y[1] * row(A, 1, NODES) + y[2] * row(A, 2, NODES)
     linear = linear + y[3] * row(A, 3, NODES) + y[4] * row(A, 4, NODES) + y[5] * row(A, 5, NODES)
     linear = linear + y[6] * row(A, 6, NODES) + T[0] * row(b, 0, NODES) + T[1] * row(b, 1, NODES)
     store(speeds, 0, linear + T[2] * row(b, 2, NODES) + T[3] * row(b, 3, NODES))
-    allowed = table.largest_defect / weight + _rounding(y, contact, table, work)
+    allowed = ladder.largest_defect / weight + _rounding(y, contact, ladder, work)
     nearer, farther = edges_of(zone, contact.omega_s, contact.knee)
     for i in range(NODES):
         if BETWEEN[i] < share:
@@ -234,23 +237,23 @@ def _follows(
 
 
 @compiled
-def rounding_of_speed(y: FloatArray, contact: Record, table: Record) -> float:
+def rounding_of_speed(y: FloatArray, contact: Record, ladder: Record) -> float:
     """What rounding leaves uncertain of x_3 (rad/s), which is counted from the speed reference, beside the string."""
     largest = float(contact.speed_reference)
     for i in range(5):
-        largest = max(largest, abs(y[i]) / table.unit[i] * table.unit[2])
+        largest = max(largest, abs(y[i]) / ladder.unit[i] * ladder.unit[2])
     return _ROUNDING * largest
 
 
 @compiled
-def _rounding(y: FloatArray, contact: Record, table: Record, work: Record) -> float:
+def _rounding(y: FloatArray, contact: Record, ladder: Record, work: Record) -> float:
     """What rounding makes of T_r1 (N m), which is so steep, in the stick zone above all, that it shows that of x_3."""
-    noise: float = _ROUNDING * abs(work.torque[0]) + abs(work.slope[0]) * rounding_of_speed(y, contact, table)
+    noise: float = _ROUNDING * abs(work.torque[0]) + abs(work.slope[0]) * rounding_of_speed(y, contact, ladder)
     return noise
 
 
 @compiled
-def _crossing(start: float, zone: int, contact: Record, table: Record, work: Record) -> float:
+def _crossing(start: float, zone: int, contact: Record, fine: bool, work: Record) -> float:
     """Where a step leaves its zone, as a share of the step; 0 where a node cannot tell.
 
     A first guess is linear between the first node beyond the kink and what comes before it. The
@@ -269,7 +272,7 @@ def _crossing(start: float, zone: int, contact: Record, table: Record, work: Rec
                 share = earlier + (RADAU_NODES[j] - earlier) * (edge - speed_then) / (speed - speed_then)
             break
         earlier, speed_then = RADAU_NODES[j], speed
-    if not table.fine or share == 0.0:
+    if not fine or share == 0.0:
         return share
     rates = work.powers  # coefficients of the mean rate since the start, a cubic of time
     for i in range(NODES):

@@ -6,36 +6,36 @@ below lead there, by halves, quarters and so on of the step, until what is left 
 
 from __future__ import annotations
 
-from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.collocation import take_step
 from drillrig_env.stepper.exponentials import NODES, POWERS_FROM_NODES, RADAU_NODES
-from drillrig_env.stepper.tables import STATE
+from drillrig_env.stepper.ladder import RUNGS, STATE, length_of, table_of
 
 _TAYLOR_LIMIT, _TAYLOR_TOLERANCE = 40, 1e-13
 """Most terms of a Taylor series, and the size of the last one in any state, in its unit."""
 
 
 @compiled
-def land(y: FloatArray, rungs: Records, rung: int, work: Record, share: float) -> bool:
+def land(y: FloatArray, ladder: Record, rung: int, work: Record, share: float) -> bool:
     """Move `y` on within a solved step of `rung`, by a `share` of it; False where no series ends."""
-    if rungs[rung].series:
-        return _follow_series(y, rungs[rung], work, share)
+    if rung >= ladder.series_from:
+        return _follow_series(y, ladder, rung, work, share)
     cubic = work.cubic
     for i in range(NODES):
         cubic[i] = 0.0
         for j in range(NODES):
             cubic[i] += POWERS_FROM_NODES[i, j] * work.torque[j]
     done, part = 0.0, 1.0
-    for below in range(rung, rungs.shape[0]):
+    for below in range(rung, RUNGS):
         left = share - done
-        if rungs[below].series:
+        if below >= ladder.series_from:
             _put_torque(work, done, part)
-            return _follow_series(y, rungs[below], work, left / part)
+            return _follow_series(y, ladder, below, work, left / part)
         if left >= part:
             _put_torque(work, done, part)
-            take_step(y, rungs[below], work)
+            take_step(y, table_of(ladder, below), work)
             done += part
         part *= 0.5
     return False
@@ -51,9 +51,10 @@ def _put_torque(work: Record, begin: float, length: float) -> None:
 
 
 @compiled
-def _follow_series(y: FloatArray, table: Record, work: Record, share: float) -> bool:
-    """The Taylor series over a `share` of the step of `table`; False where it does not end."""
-    powers, term, M = work.powers, work.term, table.rate_from_state
+def _follow_series(y: FloatArray, ladder: Record, rung: int, work: Record, share: float) -> bool:
+    """The Taylor series over a `share` of the step of `rung`; False where it does not end."""
+    powers, term, M = work.powers, work.term, ladder.rate_from_state
+    length = length_of(rung)
     for i in range(NODES):
         powers[i] = 0.0
         for j in range(NODES):
@@ -64,14 +65,14 @@ def _follow_series(y: FloatArray, table: Record, work: Record, share: float) -> 
     for order in range(1, _TAYLOR_LIMIT):
         torque = scale * powers[order - 1] if order <= NODES else 0.0
         scale *= share
-        rate = torque * row(table.rate_from_torque, 0, STATE) + term[0] * row(M, 0, STATE)
+        rate = torque * row(ladder.rate_from_torque, 0, STATE) + term[0] * row(M, 0, STATE)
         rate = rate + term[1] * row(M, 1, STATE) + term[2] * row(M, 2, STATE) + term[3] * row(M, 3, STATE)
         rate = rate + term[4] * row(M, 4, STATE) + term[5] * row(M, 5, STATE) + term[6] * row(M, 6, STATE)
-        store(term, 0, share / order * rate)
+        store(term, 0, share / order * length * rate)
         store(y, 0, row(y, 0, STATE) + row(term, 0, STATE))
         small = True
         for i in range(7):
-            small &= abs(term[i]) < _TAYLOR_TOLERANCE * table.unit[i]
+            small &= abs(term[i]) < _TAYLOR_TOLERANCE * ladder.unit[i]
         if small and order >= NODES:
             return True
     return False

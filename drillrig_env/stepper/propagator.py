@@ -13,13 +13,13 @@ from __future__ import annotations
 
 from math import inf, nan, sqrt
 
-from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.friction.contact import EXPONENTIAL
 from drillrig_env.friction.law import steepest_of, zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
-from drillrig_env.stepper.tables import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS
+from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, table_of
 
 __all__ = ["WORKSPACE", "advance", "caution_for", "workspace"]
 
@@ -41,21 +41,19 @@ _MOST_STEPS = 1 << 20
 
 
 @compiled
-def advance(
-    y: FloatArray, contact: Record, rungs: Records, sampling: Records, work: Record, sampled: bool, stop: int
-) -> None:
+def advance(y: FloatArray, contact: Record, ladder: Record, work: Record, sampled: bool, stop: int) -> None:
     """Advance one rig over one period of held input, or its first `stop` of UNITS units, in place.
 
-    y                shape (8,): the 7 states less the frictionless equilibrium, and a pad
-    contact          a CONTACT record: the friction and the speed reference
-    rungs, sampling  the tables of a `Tables`
-    work             a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
-                     (rad/s) and string torque (N m) are taken at equal distances, the last at the end
+    y        shape (8,): the 7 states less the frictionless equilibrium, and a pad
+    contact  a CONTACT record: the friction and the speed reference
+    ladder   the LADDER record of the rig
+    work     a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
+             (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """
-    first = rungs[0].first
+    first, fine_from = ladder.first, ladder.fine_from
     position, rung, end, end_of_period, tries = 0, first, stop * _PER_UNIT, UNITS * _PER_UNIT, 0
-    kink, slowest = end_of_period, rungs[0].slowest_collars - contact.speed_reference
-    work.caution, work.fast_gain = caution_for(contact, rungs[0]), 0.0
+    kink, slowest = end_of_period, ladder.slowest_collars - contact.speed_reference
+    work.caution, work.fast_gain = caution_for(contact, ladder), 0.0
     if y[3] < slowest:
         _refuse_reversal(y, work)
         return
@@ -69,15 +67,14 @@ def advance(
         if off_grid or position + size > end or (rung < first + _KINK_RUNG and position + size > kink):
             rung += 1
             continue
-        table = rungs[rung]
         tries += 1
-        reach = solve_nodes(y, zone, contact, table, work)
+        reach = solve_nodes(y, zone, contact, ladder, rung, work)
         if reach == 1.0:
             if sampled and rung < SAMPLED_RUNGS:
-                _sample_step(y, contact.speed_reference, sampling[rung], work, position // (_SAMPLE_UNITS * _PER_UNIT))
-            take_step(y, table, work)
+                _sample_step(y, contact.speed_reference, ladder, rung, work, position // (_SAMPLE_UNITS * _PER_UNIT))
+            take_step(y, table_of(ladder, rung), work)
             climb = 1
-        elif table.fine and step_through_kinks(y, zone, contact, rungs, rung, work, reach):
+        elif rung >= fine_from and step_through_kinks(y, zone, contact, ladder, rung, work, reach):
             climb = rung
         elif rung == RUNGS - 1 or tries > _MOST_STEPS:
             _lose(y, work)
@@ -92,20 +89,20 @@ def advance(
             _refuse_reversal(y, work)
             return
         if sampled and rung >= SAMPLED_RUNGS and position % (_SAMPLE_UNITS * _PER_UNIT) == 0:
-            _sample_state(y, contact.speed_reference, sampling[0], work, position // (_SAMPLE_UNITS * _PER_UNIT) - 1)
+            _sample_state(y, contact.speed_reference, ladder, work, position // (_SAMPLE_UNITS * _PER_UNIT) - 1)
         rung = rung - climb if rung - climb > first else first
         if position > kink:
             kink = end_of_period
 
 
 @inlined
-def caution_for(contact: Record, table: Record) -> float:
+def caution_for(contact: Record, ladder: Record) -> float:
     """How much smaller than usual bounds on errors must be: more where friction falls fast, with speed or in time."""
     steepest, bend = (contact.static - contact.kinetic) * contact.v_b, contact.v_b
     if contact.law != EXPONENTIAL:
         steepest, bend = steepest_of(contact)
-    growth: float = table.growth * steepest
-    caution: float = max(1.0, _PER_FALL * bend * table.unit[2])
+    growth: float = ladder.growth * steepest
+    caution: float = max(1.0, _PER_FALL * bend * ladder.unit[2])
     return caution if growth <= 1.0 else max(caution, _GROWING * growth * sqrt(growth))
 
 
@@ -131,22 +128,22 @@ def _refuse_reversal(y: FloatArray, work: Record) -> None:
 
 
 @inlined
-def _sample_step(y: FloatArray, speed_reference: float, table: Record, work: Record, first: int) -> None:
+def _sample_step(y: FloatArray, speed_reference: float, ladder: Record, rung: int, work: Record, first: int) -> None:
     """Samples inside a solved step that is about to be taken, as entries `first` and on.
 
     All SAMPLES entries of a table are worked out, whatever the length of the step: those past its end are zero or
     are written over by the steps after it, and one width for all steps is compiled in a fraction of the time.
     """
-    speeds, torques = work.speed_samples, work.torque_samples
+    table, speeds, torques = ladder.sampling[rung], work.speed_samples, work.torque_samples
     evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, SAMPLES)
-    at_rest = table.torque_at_rest + table.torque_per_speed * speed_reference
+    at_rest = ladder.torque_at_rest + ladder.torque_per_speed * speed_reference
     evaluate(y, work, table.torque_from_state, table.torque_from_torque, at_rest, torques, first, SAMPLES)
 
 
 @inlined
-def _sample_state(y: FloatArray, speed_reference: float, table: Record, work: Record, index: int) -> None:
+def _sample_state(y: FloatArray, speed_reference: float, ladder: Record, work: Record, index: int) -> None:
     """The sample of a state that lies on the grid, as entry `index`."""
-    torque = table.torque_at_rest + table.torque_per_speed * speed_reference
+    torque = ladder.torque_at_rest + ladder.torque_per_speed * speed_reference
     for k in range(7):
-        torque += y[k] * table.torque_row[k]
+        torque += y[k] * ladder.torque_row[k]
     work.speed_samples[index], work.torque_samples[index] = y[2] + speed_reference, torque

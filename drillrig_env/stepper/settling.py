@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.jit.compiled import compiled, inlined
-from drillrig_env.stepper.tables import STATE
+from drillrig_env.stepper.ladder import STATE, length_of
 
 _POWER_LIMIT, _POWER_TOLERANCE = 10, 1e-8
 """Most rounds of power iteration, and the last change of an eigenvector whose entry 3 is 1, in its units."""
@@ -32,21 +32,21 @@ _FAST = 0.05
 
 
 @compiled
-def split(y: FloatArray, contact: Record, table: Record, work: Record) -> tuple[float, float]:
+def split(y: FloatArray, contact: Record, ladder: Record, rung: int, work: Record) -> tuple[float, float]:
     """Take the fast settling out of `y`: its amplitude a (rad/s) and rate z (a step); its vector is `work.fast`.
 
     Where there is no such mode, or a polynomial follows it, z is 0 and `y` remains as it was. The mode is that of the
     rig and its contact and is found once for both: where `work.fast_gain` is 0.
     """
     right, left = work.fast, work.fast_left
-    gain = contact.static / contact.omega_s * table.rate_from_torque[2]
+    gain, length = contact.static / contact.omega_s * ladder.rate_from_torque[2], length_of(rung)
     if work.fast_gain == 0.0:
-        work.fast_gain, work.fast_rate = gain, _mode(gain, table, work)
-    rate = work.fast_rate * (gain / work.fast_gain)  # steps differ by powers of two
+        work.fast_gain, work.fast_rate = gain, _mode(gain, ladder, work)
+    rate = work.fast_rate * length
     if not rate < -_FAST:
         return 0.0, 0.0
     # u M_s = z u and M_s y* = -b sigma omega_ref give u y* = -u b sigma omega_ref / z; and u v is to be 1.
-    amplitude, norm = gain * contact.speed_reference / rate, 0.0
+    amplitude, norm = gain * length * contact.speed_reference / rate, 0.0
     for i in range(7):
         amplitude += left[i] * y[i]
         norm += left[i] * right[i]
@@ -57,19 +57,19 @@ def split(y: FloatArray, contact: Record, table: Record, work: Record) -> tuple[
 
 
 @inlined
-def _mode(gain: float, table: Record, work: Record) -> float:
+def _mode(gain: float, ladder: Record, work: Record) -> float:
     """The rate (a step) of x_3 settling, its vectors in `work.fast` and `work.fast_left`; 0 where there is none."""
-    expected = gain + table.rate_from_state[2, 2]
-    rate = _power_iteration(gain, table, work)
+    expected = gain + ladder.rate_from_state[2, 2]
+    rate = _power_iteration(gain, ladder, work)
     if not (rate < 0.0 and abs(rate - expected) <= -_FAR_FROM_EXPECTED * expected):
-        rate = _settling_mode(gain, table, work)
+        rate = _settling_mode(gain, ladder, work)
     return rate
 
 
 @inlined
-def _power_iteration(gain: float, table: Record, work: Record) -> float:
+def _power_iteration(gain: float, ladder: Record, work: Record) -> float:
     """The rate of the fastest mode, its vectors in `work.fast` and `work.fast_left`; 0 where none is much faster."""
-    right, left, new, unit = work.fast, work.fast_left, work.state, table.unit
+    right, left, new, unit = work.fast, work.fast_left, work.state, ladder.unit
     for i in range(STATE):
         right[i] = left[i] = 1.0 if i == 2 else 0.0
     rate = float(gain)
@@ -78,7 +78,7 @@ def _power_iteration(gain: float, table: Record, work: Record) -> float:
             new[i] = 0.0
         for k in range(7):
             for i in range(STATE):
-                new[i] += table.rate_from_state[k, i] * right[k]
+                new[i] += ladder.rate_from_state[k, i] * right[k]
         rate = float(new[2]) + gain
         new[2] = rate
         found, scale = True, 1.0 / new[2]
@@ -89,7 +89,7 @@ def _power_iteration(gain: float, table: Record, work: Record) -> float:
         for k in range(7):
             new[k] = 0.0
             for i in range(7):
-                new[k] += table.rate_from_state[k, i] * left[i]
+                new[k] += ladder.rate_from_state[k, i] * left[i]
         new[2] += gain
         scale = 1.0 / new[2]
         for i in range(7):
@@ -102,13 +102,13 @@ def _power_iteration(gain: float, table: Record, work: Record) -> float:
 
 
 @compiled
-def _settling_mode(gain: float, table: Record, work: Record) -> float:
+def _settling_mode(gain: float, ladder: Record, work: Record) -> float:
     """The rate of the mode nearest to that of x_3 alone, its vectors as above; 0 where none is found."""
-    right, left, M = work.fast, work.fast_left, table.rate_from_state
+    right, left, M = work.fast, work.fast_left, ladder.rate_from_state
     own = gain + M[2, 2]
     rate = own
     for _ in range(_MODE_LIMIT):
-        if not _solve_others(rate, True, table, work, right):
+        if not _solve_others(rate, True, ladder, work, right):
             return 0.0
         new = own
         for k in range(7):
@@ -116,15 +116,15 @@ def _settling_mode(gain: float, table: Record, work: Record) -> float:
                 new += M[k, 2] * right[k]
         change, rate = abs(new - rate), new
         if change <= _MODE_TOLERANCE * abs(rate):
-            found = _solve_others(rate, True, table, work, right) and _solve_others(rate, False, table, work, left)
+            found = _solve_others(rate, True, ladder, work, right) and _solve_others(rate, False, ladder, work, left)
             return rate if found and abs(rate - own) <= -_FAR_FROM_EXPECTED * own else 0.0
     return 0.0
 
 
 @compiled
-def _solve_others(rate: float, is_right: bool, table: Record, work: Record, vector: FloatArray) -> bool:
+def _solve_others(rate: float, is_right: bool, ladder: Record, work: Record, vector: FloatArray) -> bool:
     """The six other entries of an eigenvector whose entry 3 is 1, by elimination with pivots; False where singular."""
-    M, A, unit = table.rate_from_state, work.reduced, table.unit
+    M, A, unit = ladder.rate_from_state, work.reduced, ladder.unit
     for i in range(6):
         to = i if i < 2 else i + 1
         for k in range(6):

@@ -9,11 +9,13 @@ from drillrig_env.reference import radau
 from drillrig_env.simulation import simulate
 from drillrig_env.stepper.collocation import solve_nodes, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
-from drillrig_env.stepper.tables import STATE, from_equilibrium, step_tables, to_states
+from drillrig_env.stepper.ladder import STATE, from_equilibrium, to_states
+from drillrig_env.stepper.tables import step_tables
 
 RIG, FRICTION, OMEGA_REF = Rig(T_r2=0.05), Friction(20.0), 2.0
 CONTACT = FRICTION.contacts(RIG, OMEGA_REF)[0]
-LADDER = step_tables(RIG, 0.1)
+TABLES = step_tables(RIG, 0.1)
+LADDER = TABLES.ladders[0]
 RUNG = 5
 STEP = 0.1 / 2**RUNG
 
@@ -25,11 +27,11 @@ def after(state, seconds):
 def stepped(state, zone):
     """A step of STEP through the kinks: whether it was taken, and the state then."""
     y, states, work = np.zeros(STATE), np.zeros(STATE), workspace()[0]
-    from_equilibrium(np.append(state, 0.0), CONTACT, LADDER.shift, y)
-    reach = solve_nodes(y, zone, CONTACT, LADDER.rungs[RUNG], work)
+    from_equilibrium(np.append(state, 0.0), CONTACT, LADDER, y)
+    reach = solve_nodes(y, zone, CONTACT, LADDER, RUNG, work)
     assert reach < 1.0  # there is a kink on the way
-    taken = step_through_kinks(y, zone, CONTACT, LADDER.rungs, RUNG, work, reach)
-    to_states(y, CONTACT, LADDER.shift, states)
+    taken = step_through_kinks(y, zone, CONTACT, LADDER, RUNG, work, reach)
+    to_states(y, CONTACT, LADDER, states)
     return taken, states[:7]
 
 
@@ -70,10 +72,10 @@ def test_state_is_left_as_it_was_where_the_step_cannot_be_taken():
     """From a node that tells of no crossing: the reach is 0 while the bit slips."""
     state = np.array([0.1, -0.5, 0.004, 0.0, 2.0, 0.8, 4.0])
     y, work = np.zeros(STATE), workspace()[0]
-    from_equilibrium(np.append(state, 0.0), CONTACT, LADDER.shift, y)
+    from_equilibrium(np.append(state, 0.0), CONTACT, LADDER, y)
     before = y.copy()
-    solve_nodes(y, 1, CONTACT, LADDER.rungs[RUNG], work)
-    assert not step_through_kinks(y, 1, CONTACT, LADDER.rungs, RUNG, work, 0.0)
+    solve_nodes(y, 1, CONTACT, LADDER, RUNG, work)
+    assert not step_through_kinks(y, 1, CONTACT, LADDER, RUNG, work, 0.0)
     np.testing.assert_array_equal(y, before)
 
 

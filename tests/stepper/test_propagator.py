@@ -8,10 +8,11 @@ from drillrig_env.model import jacobian
 from drillrig_env.stepper.batch import advance_batch
 from drillrig_env.stepper.collocation import workspace
 from drillrig_env.stepper.exponentials import RADAU_NODES
+from drillrig_env.stepper.ladder import STATE
 from drillrig_env.stepper.landing import land
 from drillrig_env.stepper.propagator import _lose
 from drillrig_env.stepper.settling import split
-from drillrig_env.stepper.tables import LONGEST_PERIOD, STATE, step_tables
+from drillrig_env.stepper.tables import LONGEST_PERIOD, step_tables
 from tests.reference import CASES, arguments, solve, stored
 
 REFERENCE = stored()
@@ -96,10 +97,10 @@ def test_long_steps_agree_with_short_ones(heaviest, highest_reference, omega_s):
 def test_fast_settling_is_a_mode_of_the_stick_zone():
     rig, sigma = Rig(), 20.0 * Rig().r_1 * 0.5 / 1e-3
     contact = Friction(20.0).contacts(rig, 0.0)[0]
-    table, work = step_tables(rig, 0.1).rungs[4], workspace()[0]
+    ladder, work = step_tables(rig, 0.1).ladders[0], workspace()[0]
     state = np.array([-0.4, -1.3, 1e-3, 0.1, 0.2, 0.3, 0.4, 0.0])
     y = state.copy()
-    amplitude, rate = split(y, contact, table, work)
+    amplitude, rate = split(y, contact, ladder, 4, work)
     M = jacobian(rig, sigma)
     values, vectors = np.linalg.eig(M)
     fastest = np.argmin(values.real)
@@ -112,19 +113,19 @@ def test_fast_settling_is_a_mode_of_the_stick_zone():
 def test_light_bit_has_no_fast_settling():
     y = np.full(STATE, 0.1)
     contact = Friction(0.005).contacts(Rig(), 0.0)[0]
-    assert split(y, contact, step_tables(Rig(), 0.1).rungs[4], workspace()[0]) == (0.0, 0.0)
+    assert split(y, contact, step_tables(Rig(), 0.1).ladders[0], 4, workspace()[0]) == (0.0, 0.0)
     np.testing.assert_array_equal(y, 0.1)
 
 
 def test_landing_inside_a_step_is_exact():
     """The state half-way through a step is that of a step of half the length with the same torque."""
-    rungs = step_tables(Rig(), 0.1).rungs
+    ladder = step_tables(Rig(), 0.1).ladders[0]
     work, start = workspace()[0], np.array([-0.4, -1.3, 2.0, 1.0, 3.0, 0.3, 0.4, 0.0])
     work["torque"] = RADAU_NODES**3 - 0.2 * RADAU_NODES + 0.3
     y = start.copy()
-    assert land(y, rungs, 4, work, 0.5)
+    assert land(y, ladder, 4, work, 0.5)
     torque = (0.5 * RADAU_NODES) ** 3 - 0.1 * RADAU_NODES + 0.3
-    expected = start[:7] @ rungs[5]["state_from_state"] + torque @ rungs[5]["state_from_torque"]
+    expected = start[:7] @ ladder["rungs"][5]["state_from_state"] + torque @ ladder["rungs"][5]["state_from_torque"]
     np.testing.assert_allclose(y, expected, atol=1e-12)
 
 

@@ -8,20 +8,22 @@ from scipy.linalg import expm
 from drillrig_env import Friction, Rig
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.stepper.exponentials import NODES, POWERS_FROM_NODES, RADAU_NODES
-from drillrig_env.stepper.tables import (
-    RUNGS,
+from drillrig_env.stepper.ladder import (
+    LADDER,
+    RUNG,
     SAMPLED_RUNGS,
     SAMPLES,
     STATE,
     UNIT_RUNG,
     UNITS,
     from_equilibrium,
-    step_tables,
     to_states,
 )
+from drillrig_env.stepper.tables import build_tables, step_tables
 
 RIG = Rig(T_r2=0.05)
 TABLES = step_tables(RIG, 0.08)
+LADDER_OF_RIG = TABLES.ladders[0]
 Y = np.array([-0.4, -1.3, 2.0, 1.0, 3.0, 0.3, 0.4])
 CUBIC = np.array([0.3, -0.2, 0.5, 0.7])
 
@@ -47,7 +49,7 @@ def test_nodes_are_the_radau_points_of_the_books():
 
 @pytest.mark.parametrize("rung", [0, 1, 4])
 def test_state_at_the_end_and_speed_at_the_nodes_are_exact_for_a_cubic_torque(rung):
-    table, step = TABLES.rungs[rung], 0.08 / 2**rung
+    table, step = LADDER_OF_RIG["rungs"][rung], 0.08 / 2**rung
     at_nodes = solution(step, RADAU_NODES)
     end = Y @ table["state_from_state"] + torque(RADAU_NODES) @ table["state_from_torque"]
     np.testing.assert_allclose(end[:7], at_nodes[-1], atol=1e-8)
@@ -58,51 +60,49 @@ def test_state_at_the_end_and_speed_at_the_nodes_are_exact_for_a_cubic_torque(ru
 
 @pytest.mark.parametrize("rung", range(SAMPLED_RUNGS))
 def test_samples_lie_at_equal_distances_the_last_at_the_end(rung):
-    table, count = TABLES.sampling[rung], SAMPLES >> rung
+    table, count = LADDER_OF_RIG["sampling"][rung], SAMPLES >> rung
     states = solution(0.08 / 2**rung, np.arange(1, count + 1) / count)
     for name, expected in (("speed", states[:, 2]), ("torque", torque_into_string(RIG, states))):
         found = Y @ table[f"{name}_from_state"] + torque(RADAU_NODES) @ table[f"{name}_from_torque"]
         np.testing.assert_allclose(found[:count], expected, atol=1e-8)
         assert not found[count:].any()
-    assert table["torque_row"] @ Y == pytest.approx(torque_into_string(RIG, Y))
+    assert LADDER_OF_RIG["torque_row"][:7] @ Y == pytest.approx(torque_into_string(RIG, Y))
 
 
 def test_rungs_are_halves_down_to_one_unit():
-    assert len(TABLES.rungs) == RUNGS
+    assert len(LADDER_OF_RIG["rungs"]) == UNIT_RUNG + 1
     assert 2**UNIT_RUNG == UNITS
-    for rung in (0, 3, RUNGS - 1):
-        step = 0.08 / 2**rung
-        np.testing.assert_allclose(TABLES.rungs[rung]["rate_from_state"][:, :7], jacobian(RIG).T * step)
-        np.testing.assert_allclose(TABLES.rungs[rung]["rate_from_torque"][:7], friction_input(RIG) * step)
-    np.testing.assert_allclose(TABLES.rungs[1]["state_from_state"][:, :7], expm(jacobian(RIG) * 0.04).T, atol=1e-12)
+    np.testing.assert_allclose(LADDER_OF_RIG["rate_from_state"][:, :7], jacobian(RIG).T * 0.08)
+    np.testing.assert_allclose(LADDER_OF_RIG["rate_from_torque"][:7], friction_input(RIG) * 0.08)
+    for rung in (0, 1, UNIT_RUNG):
+        table, expected = LADDER_OF_RIG["rungs"][rung], expm(jacobian(RIG) * (0.08 / 2**rung))
+        np.testing.assert_allclose(table["state_from_state"][:, :7], expected.T, atol=1e-12)
 
 
 @pytest.mark.parametrize("rig", [RIG, Rig(T_f=0.3)])
 @pytest.mark.parametrize("speed", [0.0, 1.0, 7.3])
 def test_states_are_counted_from_the_frictionless_equilibrium(rig, speed):
-    contact, shift = Friction(20.0).contacts(rig, speed)[0], step_tables(rig, 0.1).shift
+    contact, ladder = Friction(20.0).contacts(rig, speed)[0], step_tables(rig, 0.1).ladders[0]
     states, y = np.zeros(STATE), np.zeros(STATE)
-    to_states(y, contact, shift, states)
+    to_states(y, contact, ladder, states)
     np.testing.assert_allclose(states[:7], frictionless_state(rig, speed), atol=1e-12)
-    from_equilibrium(states, contact, shift, y)
+    from_equilibrium(states, contact, ladder, y)
     np.testing.assert_allclose(y, 0.0, atol=1e-12)
-    from_equilibrium(states + np.array([*Y, 0.0]), contact, shift, y)
+    from_equilibrium(states + np.array([*Y, 0.0]), contact, ladder, y)
     np.testing.assert_allclose(y[:7], Y, atol=1e-12)
 
 
 def test_tolerance_scales_the_bounds_on_the_errors_of_a_step():
     usual, coarse = step_tables(RIG, 0.1), step_tables(RIG, 0.1, 1e-4)
     for name in ("largest_defect", "newton_tolerance"):
-        np.testing.assert_allclose(coarse.rungs[name], 100.0 * usual.rungs[name])
-        assert np.ptp(usual.rungs[name]) == 0.0
-    np.testing.assert_array_equal(coarse.rungs["state_from_state"], usual.rungs["state_from_state"])
+        np.testing.assert_allclose(coarse.ladders[name], 100.0 * usual.ladders[name])
+    np.testing.assert_array_equal(coarse.ladders["rungs"], usual.ladders["rungs"])
 
 
 def test_tables_are_built_once_and_cannot_be_written():
     built = step_tables(RIG, 0.08)
     assert step_tables(RIG, 0.08) is built
-    for table in (built.rungs, built.sampling, built.shift):
-        assert not table.flags.writeable
+    assert not built.ladders.flags.writeable
 
 
 @pytest.mark.parametrize("tolerance", [1e-7, 1e-3])
@@ -113,5 +113,20 @@ def test_ends_of_the_range_of_tolerances_are_allowed_and_beyond_is_not(tolerance
 
 
 def test_shapes_hold_all_nodes():
-    assert TABLES.rungs["node_from_torque"].shape == (RUNGS, NODES, NODES)
-    assert TABLES.sampling["speed_from_state"].shape == (SAMPLED_RUNGS, 7, SAMPLES)
+    assert RUNG["node_from_torque"].shape == (NODES, NODES)
+    assert LADDER_OF_RIG["sampling"]["speed_from_state"].shape == (SAMPLED_RUNGS, 7, SAMPLES)
+
+
+def test_a_rig_takes_no_more_than_40_kilobytes():
+    assert LADDER.itemsize <= 40_000
+
+
+def test_rigs_side_by_side_have_the_tables_that_they_have_by_themselves():
+    rigs = RIG, Rig(J_1=0.05), Rig(L=1e-8)
+    beside = build_tables(rigs, 0.08)
+    for number, rig in enumerate(rigs):
+        alone = step_tables(rig, 0.08).ladders[0]
+        for name in LADDER.names:
+            if name not in ("number", "make_shortest", "shortest"):
+                np.testing.assert_array_equal(beside.ladders[number][name], alone[name])
+    assert beside.ladders["number"].tolist() == [0, 1, 2]
