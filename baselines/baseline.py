@@ -146,7 +146,8 @@ class Baseline(AtHome):
         sensors or that are not finite, and for a `state` or `episode_start` that is not of these rigs.
         """
         name = self.known_as or type(self).__name__
-        batch = np.atleast_2d(observations_of(name, self.sensors.names, observation))
+        observation = observations_of(name, self.sensors.names, observation)
+        batch = np.atleast_2d(observation)
         check_state(name, (len(batch), self.memory), state)
         starts = flags_of(name, len(batch), episode_start)
         memory = np.zeros((len(batch), self.memory)) if state is None else np.array(state[0])
@@ -159,7 +160,7 @@ class Baseline(AtHome):
             )
         desired = self._desired(seen, self._privileged_values, memory)
         actions = rate_action(desired, seen["speed_reference"], self.slew_limit, self.task.control_period)
-        return (actions if np.ndim(observation) == 2 else actions[0]), (memory,)
+        return (actions if observation.ndim == 2 else actions[0]), (memory,)
 
     def _desired(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray

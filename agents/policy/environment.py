@@ -35,6 +35,9 @@ def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[st
     reward = env_kwargs.get("reward")
     if isinstance(reward, Mapping):
         _refuse_unknown(f"{env_id}: the reward has no field", reward, [item.name for item in fields(Reward)])
+    if env_kwargs.get("privileged"):
+        allowed = "False; agents here see one array, and docs/environment.md has a recipe for an asymmetric critic"
+        raise refuse(env_id, "privileged", True, "", allowed)
     return {**drillrig_env.ENVIRONMENTS[env_id], **env_kwargs}
 
 

@@ -7,6 +7,7 @@ import warnings
 from math import isclose
 from typing import Any
 
+from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack, unwrap_vec_normalize
 
@@ -84,6 +85,8 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
         raise refuse(name, "environment to learn on in", env, "", "what drillrig_env.make_sb3 gives")
     if (normalised := unwrap_vec_normalize(env)) is not None and normalised.norm_obs:
         raise refuse(name, "norm_obs of VecNormalize", True, "", "False: it has learnt from observations as they come")
+    if not isinstance(env.observation_space, spaces.Box):
+        raise refuse(name, "privileged", True, "", "False: it has learnt from one array of observations")
     made: Any = algorithm_class(config["algorithm"])
     known = [argument for argument in inspect.signature(made).parameters if argument != "env"]
     for change in changes:

@@ -66,6 +66,7 @@ class PlaysTask:
     largest_reference = TaskAttribute[float]()
     control_period = TaskAttribute[float]()
     drive = TaskAttribute[Drive | None]()
+    privileged = TaskAttribute[bool]()
     duration = TaskAttribute[float]()
 
     core: EpisodeBatch
@@ -74,6 +75,12 @@ class PlaysTask:
     def task(self) -> Task:
         """What is played."""
         return self.core.task
+
+    @property
+    def privileged_channels(self) -> tuple[str, ...]:
+        """What the privileged part of an observation shows, by name and in order; none where there is no such part."""
+        critic = self.core.critic
+        return () if critic is None else tuple(channel.name for channel in critic.channels)
 
     def change(self, **fields: Any) -> None:
         """Give `scenario`, `reward` or `slew_limit` another value, in any way that the environment takes it.

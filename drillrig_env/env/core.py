@@ -12,12 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.allowed import COUNT
-from drillrig_env.arrays import FloatArray
+from drillrig_env.arrays import FloatArray, Observations
 from drillrig_env.env.attributes import PlaysTask, check_changeable
 from drillrig_env.env.bank import RigBank
 from drillrig_env.env.episode import EPISODE, SETTINGS
 from drillrig_env.env.kernel import observe_episodes, scratch, step_episodes
 from drillrig_env.env.pins import check_pins
+from drillrig_env.env.privileged import PRIVILEGED, Privileged, Seen
 from drillrig_env.env.reward_terms import TERMS, address_of
 from drillrig_env.env.scenario import STARTS
 from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
@@ -29,12 +30,12 @@ from drillrig_env.friction.law import number_of
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked, refuse
+from drillrig_env.policy.given import POLICY
 from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.ladder import SAMPLES
 from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_mitigated
 
-Observations = npt.NDArray[np.float32]
 _ALL = slice(None)
 _SETTLING, _LONGEST_SETTLING = 12.0, 60.0  # s on the chapter's rig, until a start in stick-slip is on its cycle
 
@@ -74,6 +75,7 @@ class EpisodeBatch(PlaysTask):
         self._settings = np.zeros(1, dtype=SETTINGS)
         self._write_settings()
         self._bank = RigBank.of(self._task)
+        self.critic = Privileged(self._task, self._bank, rigs) if self._task.privileged else None
 
     def __len__(self) -> int:
         return len(self.episodes)
@@ -105,8 +107,8 @@ class EpisodeBatch(PlaysTask):
             allowed = f"{law!r}, that of the episodes under way; make an environment for another"
             raise refuse("DrillRig", "law of the scenario's friction", repr(task.scenario.friction.law), "", allowed)
         bank, places = self._bank.moved(task, self.episodes["rig"][~self.ended])
-        self._task = task
         self._move(bank, places)
+        self._task = task
         self._write_settings()
 
     @property
@@ -168,6 +170,7 @@ class EpisodeBatch(PlaysTask):
         self._past[indices] = past
         self.observations = self.observations.copy()
         self.observations[indices] = seen
+        self._show()
 
     def step(self, actions: npt.NDArray[np.float32]) -> None:
         """Step every rig whose episode is not over; `actions` of shape (n, 1), finite, clipped to +-1.
@@ -190,6 +193,12 @@ class EpisodeBatch(PlaysTask):
         if any(lost):
             self.refuse_lost()
         self.observations = observations
+        self._show()
+
+    @property
+    def seen(self) -> Seen:
+        """What the rigs' environments show: `observations`, and beside them what a critic sees, if the task has one."""
+        return self.observations if self.critic is None else {POLICY: self.observations, PRIVILEGED: self.critic.shown}
 
     def refuse_lost(self) -> None:
         """Raise `NotFiniteError` for the first rig whose state or reward is no longer finite after a control step."""
@@ -219,12 +228,13 @@ class EpisodeBatch(PlaysTask):
     def set_state(self, state: EnvironmentState) -> None:
         """Go on from a state, of any form. Raises `ValueError` for one of another task, length or number of rigs."""
         state.check(self._task, self._steps, self.episodes)
+        changed = state.task is not self._task
+        if changed or state.guests != self._bank.guests:
+            self._take(RigBank.of(state.task, state.guests))
         self.episodes[:] = state.episodes
         self._past[:] = state.past
         self.observations = state.observations.copy()
-        changed = state.task is not self._task
-        if changed or state.guests != self._bank.guests:
-            self._bank = RigBank.of(state.task, state.guests)
+        self._show()
         if changed:  # scenario, reward and slew limit may differ
             self._task = state.task
             self._write_settings()
@@ -264,7 +274,19 @@ class EpisodeBatch(PlaysTask):
     def _move(self, bank: RigBank, places: npt.NDArray[np.intp]) -> None:
         """Take another bank, in which each rig is at a place of its own."""
         if bank is not self._bank:
-            self._bank, self.episodes["rig"] = bank, places[self.episodes["rig"]]
+            self._take(bank)
+            self.episodes["rig"] = places[self.episodes["rig"]]
+
+    def _take(self, bank: RigBank) -> None:
+        """Take another bank. `ValueError`, and nothing changes, where a critic does not see what its rigs differ in."""
+        if self.critic is not None:
+            self.critic.take(bank)
+        self._bank = bank
+
+    def _show(self) -> None:
+        """Let a critic, if there is one, see the episodes as they are."""
+        if self.critic is not None:
+            self.critic.show(self.episodes)
 
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""

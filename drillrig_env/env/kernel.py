@@ -60,7 +60,7 @@ def step_episodes(
             k = episode.rig
             _step(episode, actions[n, 0], s, plants[k], ladders[k], work)
             lost += not (_is_finite(episode.state) and isfinite(episode.reward))
-        _measure(episode, layout, values, observations[n])
+        measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
             _delay(episode, layout, past[n], observations[n])
     return lost
@@ -73,7 +73,7 @@ def observe_episodes(
     """Fill the first observations of episodes, shape (n, channels), and `past` with nothing but these."""
     values = scratch[0].values
     for n in range(episodes.shape[0]):
-        _measure(episodes[n], layout, values, observations[n])
+        measure(episodes[n], layout, values, observations[n])
         for slot in range(past.shape[1]):
             for i in range(past.shape[2]):  # entry by entry: an assignment of slices takes long to compile
                 past[n, slot, i] = observations[n, i]
@@ -164,7 +164,7 @@ def _is_finite(state: FloatArray) -> bool:
 
 
 @compiled
-def _measure(episode: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
+def measure(episode: Record, layout: Records, values: FloatArray, observation: npt.NDArray[np.float32]) -> None:
     """Measure the channels of `layout` and scale them into one observation; `values` follows the order of CHANNELS."""
     for i in range(7):
         values[i] = episode.state[i]

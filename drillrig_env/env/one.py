@@ -12,17 +12,19 @@ from gymnasium.error import ResetNeeded
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.info import entries_of, own_places
+from drillrig_env.env.privileged import PRIVILEGED, Seen
 from drillrig_env.env.state import EnvironmentState, checked_state
 from drillrig_env.env.task import TaskLike
+from drillrig_env.policy.given import POLICY
 
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
-_BOUND = ("_advance", "_bank", "_rewarded", "_own", "_seen", "_numbers", "_counts", "_picture")
+_BOUND = ("_advance", "_bank", "_rewarded", "_own", "_seen", "_shown", "_show", "_numbers", "_counts", "_picture")
 """What only holds for the arrays of this very one."""
 
 
-class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
+class OneRig(GymnasiumForm, gym.Env[Seen, npt.NDArray[np.float32]]):
     """One rig, which `render_mode` has drawn: "rgb_array" as frames, "human" in a window.
 
     What the arrays of its batch hold is bound to its steps: a copy is bound to its own.
@@ -62,6 +64,7 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
     def _bind(self) -> None:
         """Make what stands on the arrays of this very environment; a copy has others."""
         self._seen = np.zeros(len(self.sensors.channels), dtype=np.float32)
+        self._shown = np.zeros((1, len(self.privileged_channels)), dtype=np.float32)
         self._bind_step()
         record = self.core.episodes[0]
         self._numbers, self._counts = entries_of(record)
@@ -70,6 +73,8 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
     def _bind_step(self) -> None:
         """Make the call of a control step."""
         self._advance = self.core.bound_step(self._action, self._seen[None])
+        critic = self.core.critic
+        self._show = None if critic is None else critic.bound_show(self.core.episodes, self._shown)
         self._bank, self._rewarded, self._own = self.core.bank, self.reward, own_places(self.reward)
 
     def change(self, **fields: Any) -> None:
@@ -107,6 +112,12 @@ class OneRig(GymnasiumForm, gym.Env[npt.NDArray[np.float32], npt.NDArray[np.floa
         self.core.seeds = (own["seed"],)
         self._recall(own["picture"])
         self._keep_info()
+
+    def _seen_by_both(self) -> Seen:
+        """What the policy and its critic see now."""
+        if self._show is not None:
+            self._show()
+        return {POLICY: self._seen.copy(), PRIVILEGED: self._shown[0].copy()}
 
     def _keep_info(self) -> None:
         """Keep what every info of the episode says alike; making numbers costs more than the physics of a step."""

@@ -14,7 +14,7 @@ from drillrig_env.env.attributes import set_for_all
 from drillrig_env.env.generators import check_seed
 from drillrig_env.env.many import ManyRigs, check_actions
 from drillrig_env.env.pins import options_of, pins_of
-from drillrig_env.env.sensors import LIMIT
+from drillrig_env.env.privileged import observation_space, seen_by
 from drillrig_env.env.task import TaskLike
 from drillrig_env.extras import missing
 from drillrig_env.parameters import refuse
@@ -52,10 +52,9 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
         **fields: Any,
     ) -> None:
         self._make(num_envs, task, threads, render_mode, fields)
-        channels = len(self.core.sensors.channels)
         super().__init__(
             len(self.core),
-            spaces.Box(-LIMIT, LIMIT, (channels,), np.float32),
+            observation_space(len(self.core.sensors.channels), self.core.critic),
             spaces.Box(-1.0, 1.0, (1,), np.float32),
         )
         self._returns = np.zeros(self.num_envs)
@@ -85,7 +84,7 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
         """Begin an episode in every rig; `set_options` has pinned what it pins."""
         self._begin_pinned(self._everywhere)
         self._reset_seeds()
-        return self.core.observations
+        return self.core.seen
 
     def step_async(self, actions: np.ndarray) -> None:
         """Keep the actions, shape (num_envs, 1), for `step_wait`."""
@@ -104,17 +103,17 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
         if ended.any():
             infos = [{} for _ in range(self.num_envs)]
             success = core.mitigated
-            final = core.observations
+            final = core.seen
             indices = np.flatnonzero(ended)
             for i in indices:
                 infos[i] = {
-                    "terminal_observation": final[i],
+                    "terminal_observation": seen_by(final, i),
                     "TimeLimit.truncated": True,
                     "is_success": bool(success[i]),
                     "episode": {"r": float(self._returns[i]), "l": core.steps},
                 }
             self._begin_pinned(indices)
-        return core.observations, rewards, ended, infos
+        return core.seen, rewards, ended, infos
 
     def close(self) -> None:
         """Nothing to release."""

@@ -12,8 +12,8 @@ from gymnasium.error import ResetNeeded
 from drillrig_env.env.generators import check_seed
 from drillrig_env.env.info import REWARD, STEP, next_info
 from drillrig_env.env.one import OneRig
+from drillrig_env.env.privileged import Seen, observation_space, seen_by
 from drillrig_env.env.scenario import UNIFORMS
-from drillrig_env.env.sensors import LIMIT
 from drillrig_env.env.task import TaskLike
 
 _ACTION_SHAPE = (1,)
@@ -83,6 +83,10 @@ class DrillRigEnv(OneRig):
     deviations by name. `delay` is in control steps; a range (low, high) is drawn episode by episode.
     The reference and the target are the controller's own: never noisy, never late.
 
+    With `privileged=True` an observation is a dictionary: "policy" is the array above, and "privileged" an exact one
+    for a critic, with the channels of `sensors="state"`, normal force, friction and delay of the episode, and by how
+    much a fleet's rig differs from the nominal one; `env.unwrapped.privileged_channels` has its names.
+
     ## Rewards
     With m and V the exponentially weighted mean and variance of the bit speed (time constant 2.5 s,
     updated 16 times within a step), w* the target and a the action,
@@ -147,6 +151,7 @@ class DrillRigEnv(OneRig):
     | `largest_reference` | 10.0, by rig | rad/s | upper end of the speed reference, the scale of all speeds | > 0 |
     | `control_period` | 0.1, by rig | s | length of a control step | 1/200 to 1/5 of the rig's slowest period |
     | `drive` | the rig's | | the drive's speed loop | `Drive(k_p, k_i, back_emf_share)`, or its fields |
+    | `privileged` | `False` | | whether a critic's part is observed, apart from the policy's | True or False |
     | `duration` | 60.0, by rig | s | length of an episode | a multiple of 0.1, at most 100000, by rig |
 
     Besides, `render_mode` is `"rgb_array"` or `"human"`, a window; both need the extra `render`.
@@ -171,11 +176,9 @@ class DrillRigEnv(OneRig):
     def __init__(self, task: TaskLike = None, *, render_mode: str | None = None, **fields: Any) -> None:
         super().__init__(task, render_mode, fields)
         self.action_space = spaces.Box(-1.0, 1.0, _ACTION_SHAPE, np.float32)
-        self.observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
+        self.observation_space = observation_space(len(self.sensors.channels), self.core.critic)
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode; `options` pins what would be drawn (see the class)."""
         super().reset(seed=check_seed(seed))
         uniforms = self.np_random.random((1, UNIFORMS))
@@ -186,11 +189,9 @@ class DrillRigEnv(OneRig):
         if self._picture is not None:
             self._picture.begin()
         self._keep_info()
-        return self.core.observations[0], next_info(self._info, self._numbers, self._own)
+        return seen_by(self.core.seen, 0), next_info(self._info, self._numbers, self._own)
 
-    def step(
-        self, action: npt.NDArray[np.float32]
-    ) -> tuple[npt.NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: npt.NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Move the speed reference for 0.1 s; `action` of shape (1,)."""
         rate = np.asarray(action)
         if rate.shape != _ACTION_SHAPE:
@@ -209,4 +210,5 @@ class DrillRigEnv(OneRig):
         truncated = self._counts.item(STEP) >= self._steps
         if truncated:
             info["is_success"] = self.core.mitigated[0, ...]
-        return self._seen.copy(), self._numbers.item(REWARD), False, truncated, info
+        seen = self._seen.copy() if self._show is None else self._seen_by_both()
+        return seen, self._numbers.item(REWARD), False, truncated, info

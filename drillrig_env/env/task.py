@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.allowed import Allowed, Made
+from drillrig_env.allowed import Allowed, Made, Switch
 from drillrig_env.drive import Drive
 from drillrig_env.env.reward import PRESETS as REWARDS
 from drillrig_env.env.reward import Reward
@@ -137,6 +137,11 @@ class Task:
         allowed=Made(Drive.of, "`Drive(k_p, k_i, back_emf_share)`, or its fields"),
         none="the rig's",
     )
+    privileged: bool = parameter(
+        False,
+        meaning="whether a critic's part is observed, apart from the policy's",
+        allowed=Switch(),
+    )
     duration: float = parameter(
         None,
         "s",
@@ -166,7 +171,7 @@ class Task:
         object.__setattr__(self, "scenario", Scenario.named(self.scenario, scales))
         object.__setattr__(self, "sensors", Sensors.named(self.sensors).at(seen))
         object.__setattr__(self, "reward", Reward.of(self.reward, scales.time))
-        for name in ("noise", "delay", "drive"):
+        for name in ("noise", "delay", "drive", "privileged"):
             self._read(name)
         check_steady(self.rig, self.drive)
         if not self.targets.holds(self.scenario.speed_target):

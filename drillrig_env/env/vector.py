@@ -14,18 +14,17 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
-from drillrig_env.env.core import Observations
 from drillrig_env.env.many import ManyRigs, check_actions
 from drillrig_env.env.pins import options_of
-from drillrig_env.env.sensors import LIMIT
+from drillrig_env.env.privileged import Seen, copied, observation_space
 from drillrig_env.env.task import TaskLike
 from drillrig_env.parameters import refuse
 
-Step = tuple[Observations, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
+Step = tuple[Seen, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, Any]]
 Seeds = int | Sequence[int | None] | npt.NDArray[np.integer] | None
 
 
-class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Observations, npt.NDArray[np.float32], np.ndarray]):
+class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Seen, npt.NDArray[np.float32], np.ndarray]):
     """N rigs of `DrillRig-v0` side by side; `DrillRigEnv` describes spaces, reward, infos and arguments.
 
     Rig i with the seed s is, bit for bit, the single environment with the seed s + i, whatever the
@@ -56,14 +55,12 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Observations, npt.NDA
             "autoreset_mode": self.autoreset_mode,
         }
         self.single_action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-        self.single_observation_space = spaces.Box(-LIMIT, LIMIT, (len(self.sensors.channels),), np.float32)
+        self.single_observation_space = observation_space(len(self.sensors.channels), self.core.critic)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self._everywhere = np.ones(self.num_envs, dtype=np.bool_)
 
-    def reset(
-        self, *, seed: Seeds = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observations, dict[str, Any]]:
+    def reset(self, *, seed: Seeds = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
         """Begin an episode in every rig, or in those of `options["reset_mask"]`.
 
         `seed` s gives rig i the seed s + i; a list gives each its own. `options` are those of the
@@ -76,7 +73,7 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Observations, npt.NDA
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_:
             raise ValueError(f"reset_mask of shape {mask.shape} and {mask.dtype}; allowed: ({self.num_envs},) and bool")
         self._begin(np.flatnonzero(mask), pins)
-        return self.core.observations.copy(), self._info()
+        return copied(self.core.seen), self._info()
 
     def step(self, actions: npt.NDArray[np.float32]) -> Step:
         """Step all rigs; `actions` of shape (num_envs, 1), clipped to +-1. NaN is a `ValueError`."""
@@ -94,14 +91,14 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Observations, npt.NDA
         info = self._info()
         if truncated.any() and self.autoreset_mode == AutoresetMode.SAME_STEP:
             final = {
-                "final_obs": core.observations,
+                "final_obs": core.seen,
                 "_final_obs": truncated,
                 "final_info": info,
                 "_final_info": truncated,
             }
             self._begin(np.flatnonzero(truncated))
             info = {**self._info(), **final}
-        return core.observations.copy(), rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
+        return copied(core.seen), rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """A method of this environment, called once, or an attribute; the result once for each rig."""

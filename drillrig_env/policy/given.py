@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,20 @@ import numpy.typing as npt
 from drillrig_env.arrays import Observations
 from drillrig_env.parameters import refuse
 
+POLICY = "policy"
+"""The name of a policy's part of an observation that also has one for a critic."""
+
 
 def observations_of(name: str, channels: Sequence[str], observation: Any) -> Observations:
     """The observations that the policy `name` is given: (n, channels) of many rigs, or (channels,) of one.
 
-    `ValueError` for another shape, for what is no real number, and for what is not finite, with its channel.
+    Where there is a part for a critic, they are the policy's part. `ValueError` for another shape, for what is no real
+    number, and for what is not finite, with its channel.
     """
-    found = np.asarray(observation)
+    if isinstance(observation, Mapping) and POLICY not in observation:
+        allowed = f"an array, or a dictionary with the entry {POLICY!r}"
+        raise refuse(name, "entries of an observation", ", ".join(map(str, observation)), "", allowed)
+    found = np.asarray(observation[POLICY] if isinstance(observation, Mapping) else observation)
     width = len(channels)
     if found.ndim not in (1, 2) or found.shape[-1] != width:
         allowed = f"({width},) or (n, {width}): {', '.join(channels)}"

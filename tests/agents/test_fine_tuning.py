@@ -98,3 +98,8 @@ def test_what_does_not_fit_is_refused_by_name(run, tmp_path):
     with pytest.raises(ValueError, match="another network"):
         train(settings(tmp_path / "e", resume_from=str(run), hyperparams={"policy_kwargs": "dict(net_arch=[8])"}))
     assert not list(tmp_path.iterdir())
+
+
+def test_a_critics_part_is_refused(run):
+    with pytest.raises(ValueError, match="privileged = True is not allowed; allowed: False: it has learnt from one"):
+        load_trainable(str(run), drillrig_env.make_sb3(8, seed=0, privileged=True))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import torch
 
-from agents.policy.environment import batch_of, make_environment
+from agents.policy.environment import batch_of, environment_arguments, make_environment
 from agents.policy.run_folder import is_run, load_policy, read_config
 from agents.training.settings import Training
 from agents.training.train import train
@@ -194,3 +194,8 @@ def test_validation_draws_evenly_what_training_shows_more_often():
 class Constant:
     def predict(self, observation, state=None, episode_start=None, deterministic=True):
         return np.zeros((len(observation), 1), np.float32), None
+
+
+def test_a_critics_part_is_refused():
+    with pytest.raises(ValueError, match="privileged = True is not allowed; allowed: False; agents here see one array"):
+        environment_arguments("DrillRig-v0", {"privileged": True})
