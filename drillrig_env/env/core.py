@@ -75,6 +75,7 @@ class EpisodeBatch(PlaysTask):
         self._settings = np.zeros(1, dtype=SETTINGS)
         self._write_settings()
         self._bank = RigBank.of(self._task)
+        self._order = np.arange(rigs)  # in which episodes are stepped; whichever it is, the same comes of it
         self.critic = Privileged(self._task, self._bank, rigs) if self._task.privileged else None
 
     def __len__(self) -> int:
@@ -164,6 +165,7 @@ class EpisodeBatch(PlaysTask):
         if places is not None:
             self._move(bank, places)
         self.episodes[indices] = fresh
+        self._order_by_rig()
         seen = np.empty((len(indices), self.observations.shape[1]), dtype=np.float32)
         past = np.empty((len(indices), *self._past.shape[1:]), dtype=np.float32)
         observe_episodes(fresh, self._layout, past, seen, scratch())
@@ -232,6 +234,7 @@ class EpisodeBatch(PlaysTask):
         if changed or state.guests != self._bank.guests:
             self._take(RigBank.of(state.task, state.guests))
         self.episodes[:] = state.episodes
+        self._order_by_rig()
         self._past[:] = state.past
         self.observations = state.observations.copy()
         self._show()
@@ -288,6 +291,11 @@ class EpisodeBatch(PlaysTask):
         if self.critic is not None:
             self.critic.show(self.episodes)
 
+    def _order_by_rig(self) -> None:
+        """Step the episodes of each rig one after the other."""
+        if len(self._bank.rigs) > 1:
+            self._order[:] = np.argsort(self.episodes["rig"])
+
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""
         task, reward, loop = self._task, self._task.reward, self._task.speed_loop
@@ -323,14 +331,15 @@ class EpisodeBatch(PlaysTask):
     def _arguments(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> tuple[Any, ...]:
         tables = self._bank.tables
         return (
-            self.episodes[part],
-            actions[part],
+            self._order[part],
+            self.episodes,
+            actions,
             self._settings,
             self._bank.plants,
             tables.ladders,
             self._layout,
-            self._past[part],
-            observations[part],
+            self._past,
+            observations,
             scratch(),
         )
 

@@ -16,6 +16,7 @@ from drillrig_env.env.reward_kernel import reward_terms, update_statistics
 from drillrig_env.env.scenario import MOST_LOAD_STEPS, STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
 from drillrig_env.friction.law import press
+from drillrig_env.jit.ahead import fetch
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.pointer import call_on
 from drillrig_env.stepper.ladder import SAMPLES, UNITS, from_equilibrium, to_states
@@ -23,6 +24,7 @@ from drillrig_env.stepper.propagator import WORKSPACE, advance
 
 _CHANNELS = len(CHANNELS)
 _SAME_STEP = 1e-8  # share of a control step by which a load step may be late for its time, in rounding
+_AHEAD = 2  # episodes, of whose memory the processor is told before
 Past = npt.NDArray[np.float32]
 
 SCRATCH = np.dtype([("work", WORKSPACE), ("values", "f8", _CHANNELS)], align=True)
@@ -35,6 +37,7 @@ def scratch() -> np.ndarray:
 
 @compiled
 def step_episodes(
+    order: npt.NDArray[np.intp],
     episodes: Records,
     actions: npt.NDArray[np.float32],
     settings: Records,
@@ -47,15 +50,22 @@ def step_episodes(
 ) -> int:
     """Step every rig whose episode is not over by one control step, in place; how many are no longer finite.
 
-    `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS record array of
-    length 1; `plants` and `ladders` are those of a `RigBank`, a record a rig;
-    `layout` is the sensors' and `observations` of shape (n, channels) is filled for all rigs.
+    `order` has the places of the episodes that are stepped, in turn: one after the other, those of a rig find its
+    tables near the processor. `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS
+    record array of length 1; `plants` and `ladders` are those of a `RigBank`, a record a rig; `layout` is the
+    sensors' and `observations` of shape (n, channels) is filled for these episodes.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
     """
     s, work, values, lost = settings[0], scratch[0].work, scratch[0].values, 0
-    for n in range(episodes.shape[0]):
+    for i in range(order.shape[0]):
+        n = order[i]
         episode = episodes[n]
+        soon = order[min(i + _AHEAD, order.shape[0] - 1)]
+        fetch(episodes, soon)
+        fetch(actions, soon)
+        fetch(past, soon)
+        fetch(observations, soon)
         if episode.step < s.steps:
             k = episode.rig
             _step(episode, actions[n, 0], s, plants[k], ladders[k], work)

@@ -121,6 +121,21 @@ def test_the_back_emf_that_the_drive_makes_up_for_is_the_nameplates_or_the_motor
         assert np.isfinite(was["state"]).all()
 
 
+def test_episodes_are_stepped_rig_by_rig_and_in_any_other_order_alike():
+    core, other = begun(), begun()
+    assert (np.diff(core.episodes["rig"][core._order]) >= 0).all()
+    other._order[:] = np.random.default_rng(2).permutation(len(other))
+    for action in actions(6):
+        core.step(action)
+        other.step(action)
+        np.testing.assert_array_equal(core.observations, other.observations)
+    np.testing.assert_array_equal(core.episodes, other.episodes)
+    core.reset(np.array([1, 4]), np.random.default_rng(5).random((2, UNIFORMS)), {"rig": [5, 0]})
+    assert (np.diff(core.episodes["rig"][core._order]) >= 0).all()
+    core.set_state(other.get_state())
+    assert (np.diff(core.episodes["rig"][core._order]) >= 0).all()
+
+
 def test_a_reset_chooses_rigs_by_index_or_by_themselves():
     own = Rig(J_1=0.05)
     core = begun(options={"rig": [3, own, 0, own, Rig(k_2=0.5)] + [5] * 7})
