@@ -24,6 +24,7 @@ from drillrig_env.moved import keep_former_names
 
 if TYPE_CHECKING:
     from drillrig_env import stability
+    from drillrig_env.course import Course
     from drillrig_env.drive import Drive
     from drillrig_env.env.reward import Reward
     from drillrig_env.env.reward_terms import RewardTerms
@@ -31,8 +32,10 @@ if TYPE_CHECKING:
     from drillrig_env.env.scenario import STARTS, Scenario
     from drillrig_env.env.sensors import observation_table
     from drillrig_env.env.task import Task
+    from drillrig_env.env.wandering import Wandering
     from drillrig_env.friction import Friction
     from drillrig_env.friction.own import Law
+    from drillrig_env.friction.tilt import Tilt
     from drillrig_env.rig import Rig
     from drillrig_env.simulation import Simulation, simulate
     from drillrig_env.stepper.batch import simulate_batch
@@ -42,6 +45,7 @@ __version__ = "0.2.0"
 __all__ = [
     "ENVIRONMENTS",
     "STARTS",
+    "Course",
     "Drive",
     "Fleet",
     "Friction",
@@ -52,6 +56,8 @@ __all__ = [
     "Scenario",
     "Simulation",
     "Task",
+    "Tilt",
+    "Wandering",
     "make_sb3",
     "observation_table",
     "policy",
@@ -62,6 +68,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "Course": "drillrig_env.course",
     "Drive": "drillrig_env.drive",
     "Fleet": "drillrig_env.fleet",
     "Friction": "drillrig_env.friction",
@@ -73,6 +80,8 @@ _PLACES = {
     "Scenario": "drillrig_env.env.scenario",
     "Simulation": "drillrig_env.simulation",
     "Task": "drillrig_env.env.task",
+    "Tilt": "drillrig_env.friction.tilt",
+    "Wandering": "drillrig_env.env.wandering",
     "observation_table": "drillrig_env.env.sensors",
     "policy": "drillrig_env.policy",
     "simulate": "drillrig_env.simulation",

@@ -11,6 +11,7 @@ from scipy.integrate import ode, solve_ivp
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Contact, Friction
 from drillrig_env.friction.law import edges_of, torque_in_zone, zone_of
+from drillrig_env.friction.tilt import Tilt
 from drillrig_env.model import friction_input, jacobian, state_equations
 from drillrig_env.rig import Rig
 
@@ -28,18 +29,22 @@ def vode(
     *,
     rtol: float = 1e-8,
     with_jacobian: bool = True,
+    disc: Tilt | None = None,
+    angle: float = 0.0,
 ) -> FloatArray:
     """Integrate as the chapter does, with VODE's BDF method on (4-17) and (4-9), in plain Python.
 
-    `times` starts at the time of `state`; returns the states at `times[1:]`, shape (n, 7).
-    With `with_jacobian=False` VODE iterates functionally, at some 40 times the work. The Jacobian
-    is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
+    `times` starts at the time of `state`, when a tilted `disc` is at `angle` (theta_1, rad); returns the states at
+    `times[1:]`, shape (n, 7). With `with_jacobian=False` VODE iterates functionally, at some 40 times the work. The
+    Jacobian is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
     """
     contact = _plain_contact(rig, friction, speed_reference)
+    press = _Press(disc, angle, speed_reference, state, times[0])
 
-    def rates(_t: float, x: FloatArray) -> list[float]:
+    def rates(t: float, x: FloatArray) -> list[float]:
         x_3 = float(x[2])
         torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s, contact.knee), x_3, contact)
+        torque *= press.factor(t, x)
         return state_equations(x.tolist(), speed_reference, torque, rig)
 
     solver = ode(rates).set_integrator(
@@ -63,6 +68,8 @@ def radau(
     *,
     rtol: float = 1e-11,
     atol: float = 1e-13,
+    disc: Tilt | None = None,
+    angle: float = 0.0,
 ) -> FloatArray:
     """Integrate with Radau one piece of the law (4-9) at a time, each kink located as an event.
 
@@ -70,6 +77,7 @@ def radau(
     result as for `vode`; the accurate reference of the project.
     """
     contact = _plain_contact(rig, friction, speed_reference)
+    press = _Press(disc, angle, speed_reference, state, times[0])
     linear, to_rates = jacobian(rig), friction_input(rig)
     offset = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
     states = np.empty((len(times) - 1, 7))
@@ -77,12 +85,13 @@ def radau(
     zone = _zone_of(float(x[2]), rig.omega_s, contact.knee)
     while done < len(states):
 
-        def rates(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
-            return np.asarray(linear @ x + offset + to_rates * _torque_in_zone(zone, float(x[2]), contact)[0])
+        def rates(t: float, x: FloatArray, zone: int = zone) -> FloatArray:
+            torque = press.factor(t, x) * _torque_in_zone(zone, float(x[2]), contact)[0]
+            return np.asarray(linear @ x + offset + to_rates * torque)
 
-        def slopes(_t: float, x: FloatArray, zone: int = zone) -> FloatArray:
+        def slopes(t: float, x: FloatArray, zone: int = zone) -> FloatArray:
             full = linear.copy()
-            full[2, 2] += to_rates[2] * _torque_in_zone(zone, float(x[2]), contact)[1]
+            full[2, 2] += to_rates[2] * press.factor(t, x) * _torque_in_zone(zone, float(x[2]), contact)[1]
             return full
 
         edges = _edges(zone, contact)
@@ -126,6 +135,20 @@ def _edges(zone: int, contact: Contact) -> list[tuple[float, float, int]]:
 
 def _plain_contact(rig: Rig, friction: Friction, speed_reference: float) -> Contact:
     return Contact(*friction.single().contacts(rig, speed_reference)[0].item())
+
+
+class _Press:
+    """By which a tilted disc presses more than N_1 at a time t (s) and a state; 1 without a tilt."""
+
+    def __init__(self, disc: Tilt | None, angle: float, speed_reference: float, state: FloatArray, time: float) -> None:
+        self.disc, self.angle, self.speed_reference = disc, angle, speed_reference
+        self.turned, self.time = state[0] + state[1] - state[6], time
+
+    def factor(self, t: float, x: FloatArray) -> float:
+        if self.disc is None:
+            return 1.0
+        turned = self.speed_reference * (t - self.time) + x[0] + x[1] - x[6] - self.turned
+        return float(self.disc.factor(self.angle + turned))
 
 
 class _Edge:

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from drillrig_env.arrays import FloatArray, Quantity
+from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction, FrictionLike
+from drillrig_env.friction.tilt import Tilt
+from drillrig_env.inputs import Inputs, Pieces, Schedule
 from drillrig_env.model import STATE_NAMES, check_state, torque_into_string
-from drillrig_env.parameters import NOT_NEGATIVE, closest, refuse
+from drillrig_env.parameters import closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.stepper.along import advance_along
 from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.limits import check_computable
 from drillrig_env.stepper.tables import TOLERANCE
 from drillrig_env.stepper.times import same_time, sample_count, step_of
 
-Schedule: TypeAlias = float | Sequence[tuple[float, float]]
-"""A constant, or (time in s, value) pairs: each value holds from its time on; the first time is 0."""
-
-_Method: TypeAlias = Callable[[Rig, Friction, float, FloatArray, FloatArray], FloatArray]
+_Method: TypeAlias = Callable[[Rig, Pieces, Tilt | None, FloatArray, float], FloatArray]
+"""From rig, inputs, tilt, first state and tolerance to the states at all stops, shape (stops, 7)."""
 
 SIGNALS = ("time", *STATE_NAMES, "speed_reference", "normal_force", "voltage", "torque_into_string", "friction_torque")
 """The names of all signals of a simulation, in the order of its table."""
@@ -40,11 +39,11 @@ class Simulation:
     """
 
     rig: Rig
-    friction: Friction
+    friction: Friction  # with one entry a time where a course gives coefficients
     time: FloatArray  # s
     state: FloatArray
     speed_reference: FloatArray  # rad/s
-    normal_force: FloatArray  # N
+    normal_force: FloatArray  # N, as the disc presses at its angle
 
     def _named(self, name: str) -> FloatArray:
         return self.state[:, STATE_NAMES.index(name)]
@@ -115,13 +114,18 @@ def simulate(
     method: Literal["fast", "vode", "radau"] = "fast",
     normal_force: Schedule | None = None,
     tolerance: float = TOLERANCE,
+    *,
+    course: Any = None,
+    tilt: Any = None,
 ) -> Simulation:
     """Simulate one rig from t = 0 to `duration` and sample it every `sample_period` (both s).
 
     `rig` and `friction` default to the chapter's, and may be dictionaries of changes to it or paths of TOML files;
     `initial_state` (7 states) defaults to the rig at rest.
     `speed_reference` (rad/s) and `normal_force` (N, default the friction's own) are numbers or
-    schedules such as `[(0, 0.0), (50, 25.0)]`: 0 N until 50 s, then 25 N.
+    schedules such as `[(0, 0.0), (50, 25.0)]`: 0 N until 50 s, then 25 N. A `course` (a `Course`, or the path of a CSV
+    file) gives normal force or coefficients as a table over time; with a `tilt` (a `Tilt`) the normal force varies as
+    disc 1 turns, from theta_1 = 0 on.
 
     Which method? "fast", the exact stepper, unless you want to check it: the error of any speed stays below
     `tolerance` over 20 s, 1e-7 to 1e-3 in the rig's own unit of speed, 1 rad/s for the chapter's
@@ -143,95 +147,62 @@ def simulate(
         )
     check_computable(rig)
     count, same = sample_count("simulate", duration, sample_period), same_time(duration, sample_period)
-    fast = partial(_fast, sample_period=float(sample_period), same=same, tolerance=tolerance)
-    methods: dict[str, _Method] = {"fast": fast, "vode": vode, "radau": radau}
-    if method not in methods:
-        raise ValueError(f"simulate: method = {method!r} is not known; {closest(method, methods)}")
-    references = _schedule("speed_reference", speed_reference, "rad/s")
-    forces = _schedule("normal_force", float(friction.as_array()[0, 0]) if normal_force is None else normal_force, "N")
+    if method not in _METHODS:
+        raise ValueError(f"simulate: method = {method!r} is not known; {closest(method, _METHODS)}")
+    inputs = Inputs.of(friction, speed_reference, normal_force, course)
+    disc = None if tilt is None else Tilt.of(tilt).of_one_disc()
     if count < 1:
         raise refuse("simulate", "sample_period", sample_period, "s", f"<= duration = {duration}")
     time = sample_period * np.arange(count + 1, dtype=float)
-    state = np.empty((count + 1, 7))
-    state[0] = check_state(rig, initial_state)
-
-    switches = sorted({t for t, _ in references + forces if t < time[-1] - same})
-    x = state[0]
-    for begin, end in zip(switches, [*switches[1:], time[-1]], strict=True):
-        inside = (time > begin + same) & (time < end - same)
-        stops = np.concatenate([[begin], time[inside], [end]])
-        reference, force = (float(_values_at(schedule, begin, same)) for schedule in (references, forces))
-        states = methods[method](rig, replace(friction, normal_force=force), reference, x, stops)
-        state[inside] = states[:-1]
-        x = states[-1]
-        state[np.abs(time - end) <= same] = x
+    pieces = inputs.pieces(time, same)
+    states = _METHODS[method](rig, pieces, disc, check_state(rig, initial_state), tolerance)
     if rig.T_r2 > 0.0:  # the fast stepper has marked a disc 2 that turns backwards; so are the other methods' here
-        state[np.logical_or.accumulate(state[:, 3] < -rig.omega_s)] = -np.inf
-    check_finite(state[None], time, "simulate")
+        states[np.logical_or.accumulate(states[:, 3] < -rig.omega_s)] = -np.inf
+    check_finite(states[None], pieces.stops, "simulate")
+    sampled = np.searchsorted(pieces.stops, time)
+    coefficients = inputs.coefficients(time, same)
+    force = coefficients[:, 0]
+    if disc is not None:
+        force = force * disc.factor(pieces.angles(states)[sampled])
     return Simulation(
         rig=rig,
-        friction=friction,
+        friction=friction if inputs.course is None else Friction(*coefficients.T, law=friction.law),
         time=time,
-        state=state,
-        speed_reference=_values_at(references, time, same),
-        normal_force=_values_at(forces, time, same),
+        state=states[sampled],
+        speed_reference=inputs.reference(time, same),
+        normal_force=force,
     )
 
 
-def _fast(
-    rig: Rig,
-    friction: Friction,
-    speed_reference: float,
-    state: FloatArray,
-    times: FloatArray,
-    sample_period: float,
-    same: float,
-    tolerance: float,
-) -> FloatArray:
-    """The fast stepper with the signature of the reference methods; whole sample periods share one call.
-
-    They are taken as such and not as differences of times, whose rounding would add up.
-    """
-    states = np.empty((len(times) - 1, 7))
-    intervals = np.diff(times)
-    intervals[np.abs(intervals - sample_period) <= same] = sample_period
-    starts = np.flatnonzero(np.concatenate([[True], intervals[1:] != intervals[:-1]]))
-    x = np.asarray(state)
-    for first, last in zip(starts, [*starts[1:], len(intervals)], strict=True):
-        parts, step = step_of(rig, float(intervals[first]))
-        run = advance_batch(
-            rig,
-            friction,
-            x[None],
-            speed_reference,
-            period=step,
-            periods=int(last - first) * parts,
-            every=parts,
-            tolerance=tolerance,
-            where="simulate",
-            begin=float(times[first]),
-        )
-        states[first:last] = run[0]
-        x = states[last - 1]
+def _fast(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolerance: float) -> FloatArray:
+    """The fast stepper: intervals of one length, such as whole sample periods, share one call."""
+    states = np.empty((len(pieces.stops), 7))
+    states[0] = state
+    lengths = pieces.intervals
+    starts = np.flatnonzero(np.concatenate([[True], lengths[1:] != lengths[:-1]]))
+    for first, last in pairwise([*starts, len(lengths)]):
+        every, period = step_of(rig, float(lengths[first]))
+        contacts = pieces.friction(first, last).contacts(rig, pieces.references[first:last], last - first)
+        if disc is not None:
+            disc.put_on(contacts, float(pieces.angles(states[: first + 1])[-1]))
+        states[first + 1 : last + 1] = advance_along(rig, contacts, states[first], period, every, tolerance)
     return states
 
 
-def _schedule(name: str, schedule: Schedule, unit: str) -> list[tuple[float, float]]:
-    if isinstance(schedule, int | float | np.number):
-        schedule = [(0.0, float(schedule))]
-    pairs = [(float(time), float(value)) for time, value in schedule]
-    if not pairs or pairs[0][0] != 0.0:
-        first = pairs[0][0] if pairs else "none"
-        raise refuse("simulate", f"first time of {name}", first, "s", "0")
-    times = [t for t, _ in pairs]
-    if not all(np.isfinite(times)) or any(b <= a for a, b in pairwise(times)):
-        raise refuse("simulate", f"times (s) of {name}", times, "", "ascending, finite")
-    for _, value in pairs:
-        if not NOT_NEGATIVE.holds(value):
-            raise refuse("simulate", name, value, unit, NOT_NEGATIVE)
-    return pairs
+def _by_pieces(solve: Callable[..., FloatArray]) -> _Method:
+    """A reference method, from one change of the inputs to the next."""
+
+    def run(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolerance: float) -> FloatArray:
+        states = np.empty((len(pieces.stops), 7))
+        states[0] = state
+        for first, last in pairwise([*pieces.changes, len(pieces.intervals)]):
+            friction, reference = pieces.friction(first, first + 1), float(pieces.references[first])
+            angle = float(pieces.angles(states[: first + 1])[-1])
+            times = pieces.stops[first : last + 1]
+            states[first + 1 : last + 1] = solve(rig, friction, reference, states[first], times, disc=disc, angle=angle)
+        return states
+
+    return run
 
 
-def _values_at(schedule: list[tuple[float, float]], times: Quantity, same: float) -> FloatArray:
-    starts, values = np.array(schedule).T
-    return np.asarray(values[np.searchsorted(starts, np.asarray(times) + same, side="right") - 1])
+_METHODS: dict[str, _Method] = {"fast": _fast, "vode": _by_pieces(vode), "radau": _by_pieces(radau)}

@@ -36,10 +36,11 @@ from drillrig_env.files import check_writable_file, written_whole
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.indicators import CHAPTER_WINDOW, Score, score_signals, score_table
+from drillrig_env.inputs import Schedule
 from drillrig_env.model import steady_state
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, Allowed, closest, refuse
 from drillrig_env.rig import Rig, RigLike
-from drillrig_env.simulation import SIGNALS, Schedule, simulate
+from drillrig_env.simulation import SIGNALS, simulate
 
 Start = Literal["rest", "steady"]
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from copy import copy
 from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
+from drillrig_env.arrays import Quantity
 from drillrig_env.drive import Drive
 from drillrig_env.env.registration import check_length
 from drillrig_env.env.reward import Reward
@@ -89,6 +90,14 @@ class PlaysTask:
         `AttributeError` for other fields of the task and `ValueError` for a value that is not allowed.
         """
         self.core.change(**fields)
+
+    def set_target(self, speed_target: Quantity) -> None:
+        """Ask for another speed (rad/s) from now on, of all rigs or, as an array with one entry a rig, of each.
+
+        It is the operator's hand in an episode under way: the next observation shows it. Raises `ValueError` for a
+        target that the task does not allow, and where the scenario's course gives it.
+        """
+        self.core.set_target(speed_target)
 
 
 class GymnasiumForm(PlaysTask):

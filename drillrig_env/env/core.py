@@ -12,9 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.allowed import COUNT
-from drillrig_env.arrays import FloatArray, Observations
+from drillrig_env.arrays import FloatArray, Observations, Quantity
+from drillrig_env.course import COLUMNS
 from drillrig_env.env.attributes import PlaysTask, check_changeable
 from drillrig_env.env.bank import RigBank
+from drillrig_env.env.draws import draw_episodes
 from drillrig_env.env.episode import EPISODE, SETTINGS
 from drillrig_env.env.kernel import observe_episodes, scratch, step_episodes
 from drillrig_env.env.pins import check_pins
@@ -73,6 +75,7 @@ class EpisodeBatch(PlaysTask):
         self._past = np.zeros((rigs, longest + 1 if longest else 0, channels), dtype=np.float32)
         self._layout = self.sensors.layout(self.noise)
         self._settings = np.zeros(1, dtype=SETTINGS)
+        self.course: FloatArray
         self._write_settings()
         self._bank = RigBank.of(self._task)
         self._order = np.arange(rigs)  # in which episodes are stepped; whichever it is, the same comes of it
@@ -151,7 +154,8 @@ class EpisodeBatch(PlaysTask):
         `options` pins what would be drawn, as numbers or with one entry for each of `indices`.
         Like `step` it leaves earlier `observations` as they were.
         """
-        pins = check_pins(options, len(indices), self.duration, self._task.targets)
+        given = () if self.scenario.course is None else self.scenario.course.given
+        pins = check_pins(options, len(indices), self.duration, self._task.targets, given)
         bank, places = self._bank, None
         if "rig" in pins:
             asked = bank.read(pins["rig"], len(indices))
@@ -159,7 +163,7 @@ class EpisodeBatch(PlaysTask):
             others[indices] = False
             bank, places = bank.moved(self._task, self.episodes["rig"][others], asked)
             pins["rig"] = bank.indices(asked)
-        draws = self.scenario.draw(uniforms, self.duration, pins, bank.members.friction)
+        draws = draw_episodes(self.scenario, uniforms, self.duration, pins, bank.members.friction)
         fresh = begin_episodes(self._task, draws, self._settings, bank, self.threads)
         check_finite(fresh["state"][:, None, :7], np.zeros(1), "reset", indices, self.seeds)
         if places is not None:
@@ -173,6 +177,20 @@ class EpisodeBatch(PlaysTask):
         self.observations = self.observations.copy()
         self.observations[indices] = seen
         self._show()
+
+    def set_target(self, speed_target: Quantity) -> None:
+        """Ask for another speed (rad/s) from now on, of all rigs or, as an array of shape (n,), of each by itself.
+
+        The next observation shows it. A target step that is still to come comes. Raises `ValueError` for a target that
+        is not allowed, and where the scenario's course gives it.
+        """
+        if not self._task.targets.holds(speed_target):
+            raise refuse("set_target", "speed_target", speed_target, "rad/s", self._task.targets)
+        if np.shape(speed_target) not in ((), (len(self),)):
+            raise refuse("set_target", "shape of speed_target", np.shape(speed_target), "", f"(), or ({len(self)},)")
+        if self.scenario.course is not None and "speed_target" in self.scenario.course.given:
+            raise ValueError("set_target: the scenario's course gives the target; give it no speed_target")
+        self.episodes["speed_target"] = speed_target
 
     def step(self, actions: npt.NDArray[np.float32]) -> None:
         """Step every rig whose episode is not over; `actions` of shape (n, 1), finite, clipped to +-1.
@@ -301,6 +319,9 @@ class EpisodeBatch(PlaysTask):
         task, reward, loop = self._task, self._task.reward, self._task.speed_loop
         period, scales, own = task.control_period, task.scales, task.reward.own
         self._speed_scale = scales.speed
+        self.course = _course_of(task, self._steps)
+        kept, added = (1.0, 0.0) if task.scenario.wandering is None else task.scenario.wandering.over(period)
+        tilt = task.scenario.tilt
         values = {
             "law": number_of(task.scenario.friction.law),
             "control_period": period,
@@ -320,6 +341,10 @@ class EpisodeBatch(PlaysTask):
             "phases": reward.form == "phases",
             "own_terms": len(own.names) if own is not None and own.compiled else 0,
             "address": address_of(own) if own is not None and own.compiled else 0,
+            "kept": kept,
+            "added": added,
+            "tilt": 0.0 if tilt is None else tilt.share,
+            "tilt_phase": 0.0 if tilt is None else tilt.phase,
             "steps": self._steps,
             "window_start": self.window_start,
             "settling": round(_SETTLING * scales.time / period),
@@ -337,11 +362,19 @@ class EpisodeBatch(PlaysTask):
             self._settings,
             self._bank.plants,
             tables.ladders,
+            self.course,
             self._layout,
             self._past,
             observations,
             scratch(),
         )
+
+
+def _course_of(task: Task, steps: int) -> FloatArray:
+    """What the scenario's course gives for each control step, as `Course.table` has it; no rows without a course."""
+    if task.scenario.course is None:
+        return np.empty((0, len(COLUMNS)))
+    return task.scenario.course.table(task.control_period * np.arange(steps, dtype=float))
 
 
 def rate_action(

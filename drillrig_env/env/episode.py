@@ -10,7 +10,7 @@ from drillrig_env.stepper.ladder import STATE
 
 EPISODE = np.dtype(
     [
-        ("state", "f8", STATE),  # the 7 states, and a pad
+        ("state", "f8", STATE),  # the 7 states, and theta_1 (rad) where N_1 varies with it
         ("speed_reference", "f8"),
         ("speed_target", "f8"),
         ("normal_force", "f8"),
@@ -43,6 +43,12 @@ EPISODE = np.dtype(
         ("noise", "u8"),  # state of the generator of the measurement noise
         ("rig", "i8"),  # index into the bank of rigs
         ("own_terms", "f8", MOST_TERMS),  # of the reward, the user's own
+        ("target_time", "f8"),  # when the target steps, s; infinite where it does not
+        ("next_target", "f8"),  # rad/s
+        ("coefficients", "f8", 3),  # mu_s, mu_k and v_b, about which friction wanders
+        ("logarithms", "f8", 3),  # of mu_k, mu_s - mu_k and v_b, by which it has wandered
+        ("wandering", "u8"),  # state of the generator of that
+        ("turns", "f8"),  # how often N_1 varies as disc 1 turns once
     ],
     align=True,
 )
@@ -66,6 +72,10 @@ SETTINGS = np.dtype(
         ("phases", "b1"),  # whether the terms are those in phases
         ("own_terms", "i8"),  # how many compiled terms of the user's own there are, and where their code is
         ("address", "i8"),
+        ("kept", "f8"),  # what is left of the wandering logarithms after a control step
+        ("added", "f8"),  # deviation of what is added to them; 0 where friction does not wander
+        ("tilt", "f8"),  # by what share N_1 varies as disc 1 turns
+        ("tilt_phase", "f8"),  # rad
         ("steps", "i8"),  # of an episode
         ("window_start", "i8"),  # step with which the last window begins
         ("settling", "i8"),  # fewest and most steps in which a start in stick-slip is brought onto its cycle

@@ -13,6 +13,7 @@ import numpy as np
 
 from drillrig_env.env.episode import EPISODE
 from drillrig_env.env.reward import Reward
+from drillrig_env.env.scenario import Scenario
 
 
 def _place(name: str, index: int = 0) -> int:
@@ -34,6 +35,7 @@ _changing = itemgetter(
     _place("terms", 1),
     _place("terms", 2),
 )
+_VARYING = tuple((name, _place(name)) for name in ("speed_target", "mu_s", "mu_k", "v_b"))
 _NOT_YET = np.array(False)
 
 
@@ -48,16 +50,20 @@ def entries_of(record: np.void) -> tuple[np.ndarray, np.ndarray]:
     return numbers, counts
 
 
-def own_places(reward: Reward) -> tuple[tuple[str, int], ...]:
-    """Names in an info, and places among the numbers, of the terms of the user's own."""
+def own_places(reward: Reward, scenario: Scenario) -> tuple[tuple[str, int], ...]:
+    """Names in an info, and places among the numbers, of what only some tasks have to say in every step.
+
+    These are terms of the reward of the user's own, and target and friction where they vary.
+    """
     names = () if reward.own is None else reward.own.names
-    return tuple((f"reward_{name}", _place("own_terms", i)) for i, name in enumerate(names))
+    terms = tuple((f"reward_{name}", _place("own_terms", i)) for i, name in enumerate(names))
+    return terms + (_VARYING if scenario.varies else ())
 
 
 def next_info(kept: dict[str, Any], numbers: np.ndarray, own: tuple[tuple[str, int], ...]) -> dict[str, Any]:
     """The info of a control step: what all of the episode say alike is in `kept`, the rest among the `numbers`.
 
-    `own` are the places of the reward's own terms.
+    `own` is what `own_places` gives.
     """
     info = kept.copy()
     (

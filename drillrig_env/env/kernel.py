@@ -6,15 +6,17 @@ This is all that there is to a step; the single, the vector and the SB3 environm
 
 from __future__ import annotations
 
-from math import cos, isfinite, log, pi, sqrt
+from math import isfinite, pi, sqrt
 
 import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.env.randomness import gaussian
 from drillrig_env.env.reward_kernel import reward_terms, update_statistics
-from drillrig_env.env.scenario import MOST_LOAD_STEPS, STEADY, STICK_SLIP
+from drillrig_env.env.scenario import STEADY, STICK_SLIP
 from drillrig_env.env.sensors import CHANNELS, LIMIT
+from drillrig_env.env.varying import vary
 from drillrig_env.friction.law import press
 from drillrig_env.jit.ahead import fetch
 from drillrig_env.jit.compiled import compiled, inlined
@@ -23,7 +25,6 @@ from drillrig_env.stepper.ladder import SAMPLES, UNITS, from_equilibrium, to_sta
 from drillrig_env.stepper.propagator import WORKSPACE, advance
 
 _CHANNELS = len(CHANNELS)
-_SAME_STEP = 1e-8  # share of a control step by which a load step may be late for its time, in rounding
 _AHEAD = 2  # episodes, of whose memory the processor is told before
 Past = npt.NDArray[np.float32]
 
@@ -43,6 +44,7 @@ def step_episodes(
     settings: Records,
     plants: Records,
     ladders: Records,
+    course: FloatArray,
     layout: Records,
     past: Past,
     observations: npt.NDArray[np.float32],
@@ -52,8 +54,9 @@ def step_episodes(
 
     `order` has the places of the episodes that are stepped, in turn: one after the other, those of a rig find its
     tables near the processor. `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS
-    record array of length 1; `plants` and `ladders` are those of a `RigBank`, a record a rig; `layout` is the
-    sensors' and `observations` of shape (n, channels) is filled for these episodes.
+    record array of length 1; `plants` and `ladders` are those of a `RigBank`, a record a rig; `course` has a row for
+    each control step, as `Course.table` gives it, and none where nothing is given; `layout` is the sensors' and
+    `observations` of shape (n, channels) is filled for these episodes.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
     delay it has no entries.
     """
@@ -68,7 +71,7 @@ def step_episodes(
         fetch(observations, soon)
         if episode.step < s.steps:
             k = episode.rig
-            _step(episode, actions[n, 0], s, plants[k], ladders[k], work)
+            _step(episode, actions[n, 0], s, plants[k], ladders[k], course, work)
             lost += not (_is_finite(episode.state) and isfinite(episode.reward))
         measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
@@ -96,14 +99,12 @@ def _step(
     s: Record,
     plant: Record,
     ladder: Record,
+    course: FloatArray,
     work: Record,
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
     episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), s.largest_reference)
-    now = (episode.step + _SAME_STEP) * s.control_period
-    while episode.next_load < MOST_LOAD_STEPS and episode.load_times[episode.next_load] <= now:
-        episode.normal_force = episode.load_forces[episode.next_load]
-        episode.next_load += 1
+    vary(episode, s, course)
     _hold(episode, s, plant, ladder, work)
     variance, tracking, effort = reward_terms(
         episode.mean,
@@ -139,8 +140,15 @@ def _hold(episode: Record, s: Record, plant: Record, ladder: Record, work: Recor
     contact.speed_reference = episode.speed_reference
     top_speed, error_integral = x[4], x[6]
     from_equilibrium(x, contact, ladder, y)
+    contact.tilt = s.tilt
+    if s.tilt > 0.0:
+        twists = y[0] + y[1] - y[6]
+        contact.turns, contact.period = episode.turns, s.control_period
+        contact.angle = episode.turns * (x[7] - twists) + s.tilt_phase
     advance(y, contact, ladder, work, True, UNITS)
     to_states(y, contact, ladder, x)
+    if s.tilt > 0.0:
+        x[7] = (x[7] + episode.speed_reference * s.control_period + (y[0] + y[1] - y[6] - twists)) % (2.0 * pi)
     lowest = highest = work.speed_samples[0]
     highest_torque = work.torque_samples[0]
     mean, variance, total, torque, stuck = episode.mean, episode.variance, 0.0, 0.0, 0
@@ -186,7 +194,8 @@ def measure(episode: Record, layout: Records, values: FloatArray, observation: n
         channel = layout[i]
         value = values[channel.source]
         if channel.noise > 0.0:
-            value += channel.noise * _gaussian(episode)
+            episode.noise, deviation = gaussian(episode.noise)
+            value += channel.noise * deviation
         scaled = (value - channel.offset - channel.from_target * episode.speed_target) / channel.scale
         observation[i] = min(max(scaled, -LIMIT), LIMIT)
 
@@ -200,24 +209,6 @@ def _delay(episode: Record, layout: Records, past: Past, observation: npt.NDArra
         past[now, i] = observation[i]
         if layout[i].late:
             observation[i] = past[seen, i]
-
-
-@inlined
-def _gaussian(episode: Record) -> float:
-    """A standard normal number from the rig's own generator, by Box and Muller."""
-    radius = sqrt(-2.0 * log(1.0 - _uniform(episode)))
-    return radius * cos(2.0 * pi * _uniform(episode))
-
-
-@inlined
-def _uniform(episode: Record) -> float:
-    """A uniform number on [0, 1): SplitMix64 (Steele, Lea & Flood, 2014), whose state is one number a episode."""
-    episode.noise += np.uint64(0x9E3779B97F4A7C15)
-    z = episode.noise
-    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    z = z ^ (z >> np.uint64(31))
-    return float(z >> np.uint64(11)) * 2.0**-53
 
 
 _DEVIATION_OF_CALM = 0.02

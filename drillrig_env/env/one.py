@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.error import ResetNeeded
 
+from drillrig_env.arrays import Quantity
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.info import entries_of, own_places
@@ -20,7 +21,19 @@ from drillrig_env.policy.given import POLICY
 if TYPE_CHECKING:
     from drillrig_env.env.rendering import RigPicture
 
-_BOUND = ("_advance", "_bank", "_rewarded", "_own", "_seen", "_shown", "_show", "_numbers", "_counts", "_picture")
+_BOUND = (
+    "_advance",
+    "_bank",
+    "_rewarded",
+    "_course",
+    "_own",
+    "_seen",
+    "_shown",
+    "_show",
+    "_numbers",
+    "_counts",
+    "_picture",
+)
 """What only holds for the arrays of this very one."""
 
 
@@ -75,7 +88,8 @@ class OneRig(GymnasiumForm, gym.Env[Seen, npt.NDArray[np.float32]]):
         self._advance = self.core.bound_step(self._action, self._seen[None])
         critic = self.core.critic
         self._show = None if critic is None else critic.bound_show(self.core.episodes, self._shown)
-        self._bank, self._rewarded, self._own = self.core.bank, self.reward, own_places(self.reward)
+        self._bank, self._rewarded, self._course = self.core.bank, self.reward, self.core.course
+        self._own = own_places(self.reward, self.scenario)
 
     def change(self, **fields: Any) -> None:
         """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
@@ -83,9 +97,15 @@ class OneRig(GymnasiumForm, gym.Env[Seen, npt.NDArray[np.float32]]):
         self._follow()
         self._keep_info()
 
+    def set_target(self, speed_target: Quantity) -> None:
+        """Ask for another speed (rad/s) from now on; see `PlaysTask.set_target`."""
+        super().set_target(speed_target)
+        self._keep_info()
+
     def _follow(self) -> None:
-        """Step with the rigs and the reward that there are now."""
-        if self.core.bank is not self._bank or self.reward is not self._rewarded:
+        """Step with the rigs, the reward and the course that there are now."""
+        now = self.core.bank is self._bank and self.reward is self._rewarded and self.core.course is self._course
+        if not now:
             self._bind_step()
 
     def get_state(self) -> EnvironmentState:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,16 @@ PINS = (*_PINS, "rig", "start", "state", "speed_reference", "load_steps")
 
 
 def check_pins(
-    options: Mapping[str, Any] | None, rigs: int, duration: float, targets: Allowed = POSITIVE
+    options: Mapping[str, Any] | None,
+    rigs: int,
+    duration: float,
+    targets: Allowed = POSITIVE,
+    given: Collection[str] = (),
 ) -> dict[str, Any]:
     """The options of a reset, checked: numbers (or one entry a rig), a start, a state, a list of load steps.
 
-    `duration` (s) is that of an episode, and `targets` are the speed targets (rad/s) that the task allows; the largest
-    is the largest speed reference.
+    `duration` (s) is that of an episode, `targets` are the speed targets (rad/s) that the task allows, the largest of
+    which is the largest speed reference, and `given` is what the scenario's course gives, which cannot be pinned.
 
     Raises `ValueError` for an unknown key or an impossible value; it names the key, the value, its
     unit and what is allowed.
@@ -40,6 +44,8 @@ def check_pins(
     for key, value in options_of(options).items():
         if key not in PINS:
             raise ValueError(f"reset options: unknown key {key!r}; {closest(key, PINS)}")
+        if key in given or (key == "load_steps" and "normal_force" in given):
+            raise ValueError(f"reset options: {key} cannot be pinned, the scenario's course gives {', '.join(given)}")
         if key == "rig":
             pins[key] = value  # an index or a rig; the bank knows them
         elif key == "start":

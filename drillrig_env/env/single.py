@@ -123,7 +123,7 @@ class DrillRigEnv(OneRig):
     |---|---|---|
     | `bit_speed`, `top_speed`, `speed_reference`, `speed_target` | rad/s | at the end of the step |
     | `normal_force` | N | N_1 of the pin during the step |
-    | `mu_s`, `mu_k`, `v_b` | 1, 1, s/rad | friction of the episode |
+    | `mu_s`, `mu_k`, `v_b` | 1, 1, s/rad | friction during the step |
     | `torque_into_string` | N m | at the end of the step |
     | `reward_variance`, `reward_tracking`, `reward_action` | | the terms of the reward, which is their sum |
     | `reward_NAME` | | each term of the user's own, where there are any |

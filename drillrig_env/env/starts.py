@@ -7,13 +7,17 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.bank import RigBank
+from drillrig_env.env.draws import Draws
 from drillrig_env.env.episode import EPISODE
 from drillrig_env.env.kernel import scratch, settle_episodes
-from drillrig_env.env.scenario import REST, STEADY, STICK_SLIP, Draws
+from drillrig_env.env.scenario import REST, STEADY, STICK_SLIP
 from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction
 from drillrig_env.jit.threads import over_slices
 from drillrig_env.model import frictionless_state, steady_state, torque_into_string, wound_up
+
+_OTHER_STREAM = np.uint64(0x5851F42D4C957F2D)
+"""What the seed of the noise is changed by, so that friction wanders apart from it."""
 
 
 def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, bank: RigBank, threads: int) -> np.ndarray:
@@ -34,6 +38,10 @@ def begin_episodes(task: Task, draws: Draws, settings: np.ndarray, bank: RigBank
     low, high = task.delays
     fresh["delay"] = low + np.minimum((draws.delay * (high - low + 1)).astype(int), high - low)
     fresh["noise"] = (draws.noise * 2.0**53).astype(np.uint64)
+    fresh["wandering"] = fresh["noise"] ^ _OTHER_STREAM
+    fresh["target_time"], fresh["next_target"] = draws.target_time, draws.next_target
+    fresh["coefficients"], fresh["logarithms"] = draws.coefficients, draws.logarithms
+    fresh["turns"], fresh["state"][:, 7] = draws.turns, draws.angle
     fresh["state"][:, :7] = steady_state(rig, friction, target)
     rest = draws.start == REST
     fresh["state"][rest, :7] = frictionless_state(bank.parameters(draws.rig[rest]), np.zeros(rest.sum()))

@@ -176,6 +176,9 @@ class Task:
         check_steady(self.rig, self.drive)
         if not self.targets.holds(self.scenario.speed_target):
             raise refuse("Scenario", "speed_target", self.scenario.speed_target, "rad/s", f"each {self.targets}")
+        targets = None if self.scenario.course is None else self.scenario.course.values("speed_target")
+        for target in () if targets is None else targets:
+            checked("Course", "speed_target", target, "rad/s", self.targets)
         self.sensors.layout(self.noise)  # says what is wrong with the noise
 
     def _read(self, name: str) -> None:

@@ -31,6 +31,10 @@ class Contact(NamedTuple):
     mu_s: float = 0.0
     mu_k: float = 0.0
     law: int = EXPONENTIAL
+    tilt: float = 0.0  # share by which N_1 varies with the angle theta_1
+    turns: float = 1.0  # how often as disc 1 turns once
+    angle: float = 0.0  # turns * theta_1 + phi at the start of the period, less turns * (y_1 + y_2 - y_7) there, rad
+    period: float = 0.0  # s; only where there is a tilt
 
 
 CONTACT = np.dtype([(name, "i8" if name == "law" else "f8") for name in Contact._fields], align=True)

@@ -17,6 +17,7 @@ from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.exponentials import BETWEEN, NODES, POWERS_FROM_NODES, RADAU_NODES
 from drillrig_env.stepper.ladder import SAMPLES, STATE, table_of
+from drillrig_env.stepper.turning import SMALL_TURN, factor_between, turn_nodes
 
 _NEWTON_LIMIT = 8
 
@@ -25,6 +26,9 @@ _FARTHEST = 1.0
 
 _PER_FALL = 1.0 / 6.0
 """How errors weigh more where friction falls further than to 1/e^6 within a step: its polynomial tells them less."""
+
+_OF_DEFECT = 0.01
+"""What may be wrong of the torque by the angle of a tilted disc, as a share of the largest defect."""
 
 _ROUNDING = 64.0 * 2.0**-52
 
@@ -60,6 +64,12 @@ WORKSPACE = np.dtype(
         ("fast_rate", "f8"),  # of it, over the step for which it was found
         ("speed_samples", "f8", 2 * SAMPLES),  # the last SAMPLES entries mean nothing, nor do those of torques
         ("torque_samples", "f8", 2 * SAMPLES),
+        ("factor", "f8", NODES),  # by which a tilted disc presses more than N_1, at the nodes
+        ("cosine", "f8"),  # a cos(m theta_1 + phi) of a tilted disc at the start of the step, and with the sine
+        ("sine", "f8"),
+        ("turned", "f8"),  # how far m theta_1 turns in the step, rad
+        ("elapsed", "f8"),  # since the start of the period, s; only where there is a tilt
+        ("length", "f8"),  # of the step, s; likewise
         ("caution", "f8"),  # how much smaller than usual the bounds on errors are, that friction makes grow
         ("contact", CONTACT),
     ],
@@ -103,8 +113,12 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, ladder: Record, rung:
     linear = linear + y[3] * row(A, 3, NODES)
     rest = y[4] * row(A, 4, NODES) + y[5] * row(A, 5, NODES) + y[6] * row(A, 6, NODES)
     store(work.linear, 0, linear + rest)
-    for j in range(NODES):
-        work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
+    if contact.tilt > 0.0:
+        _begin_tilted(start, torque, slope, contact, table, work)
+        torque *= 1.0 + work.cosine
+    else:
+        for j in range(NODES):
+            work.speed[j], work.torque[j], work.slope[j] = start, torque, slope
     for _ in range(_NEWTON_LIMIT):
         change, largest = _newton_step(table, work)
         near = 0.5 * contact.v_b * change * work.caution < ladder.newton_tolerance
@@ -112,13 +126,31 @@ def solve_nodes(y: FloatArray, zone: int, contact: Record, ladder: Record, rung:
         near = near and contact.v_b * largest < _FARTHEST
         if contact.law != EXPONENTIAL and zone != 0:
             near = _meets_law(zone, contact, ladder, work)
-        if zone == 0 or near:
+        near |= zone == 0
+        if contact.tilt > 0.0:
+            near &= turn_nodes(start, contact, work) * work.caution < _OF_DEFECT * ladder.largest_defect
+        if near:
             return _reach(y, start, torque, zone, contact, ladder, rung, work)
         for j in range(NODES):
             if not fine and zone * work.speed[j] < omega_s - ladder.clearly_beyond:
                 return _crossing(start, zone, contact, fine, work)
             work.torque[j], work.slope[j] = torque_in_zone(zone, work.speed[j], contact)
+            if contact.tilt > 0.0:
+                work.torque[j], work.slope[j] = work.factor[j] * work.torque[j], work.factor[j] * work.slope[j]
     return 0.0
+
+
+@inlined
+def _begin_tilted(start: float, torque: float, slope: float, contact: Record, table: Record, work: Record) -> None:
+    """What Newton's method begins with on a tilted disc: it turns as the torque at the start would let it."""
+    A = table.node_from_torque
+    begun = torque * (1.0 + work.cosine)
+    for j in range(NODES):
+        work.speed[j] = work.linear[j] + begun * (A[j, 0] + A[j, 1] + A[j, 2] + A[j, 3])
+    turn_nodes(start, contact, work)
+    for j in range(NODES):
+        work.speed[j], work.torque[j] = start, work.factor[j] * torque
+        work.slope[j] = work.factor[j] * slope
 
 
 @compiled
@@ -127,6 +159,8 @@ def _meets_law(zone: int, contact: Record, ladder: Record, work: Record) -> bool
     off = 0.0
     for j in range(NODES):
         torque, _ = torque_in_zone(zone, work.speed[j], contact)
+        if contact.tilt > 0.0:
+            torque *= work.factor[j]
         off = max(off, abs(torque - work.torque[j])) if contact.law != LINEAR else 0.0
     return bool(off * work.caution < ladder.newton_tolerance)
 
@@ -192,6 +226,7 @@ def _reach(
     if fine and rough:
         return 0.0
     watched = ladder.watched or (zone != 0 and (work.caution > 1.0 or contact.law != EXPONENTIAL))
+    watched |= contact.tilt > 0.0 and work.turned > SMALL_TURN
     nearest, farthest = (lowest, highest) if zone > 0 else (-highest, -lowest)
     if (zone != 0 and nearest < nearer) or (zone == 0 and max(highest, -lowest) >= farther) or farthest >= farther:
         share = _crossing(start, zone, contact, fine, work)
@@ -226,6 +261,8 @@ def _follows(
     for i in range(NODES):
         if BETWEEN[i] < share:
             torque, _ = torque_in_zone(zone, speeds[i], contact)
+            if contact.tilt > 0.0:
+                torque *= factor_between(i, y[2] + contact.speed_reference, contact, work)
             cubic = 0.0
             for j in range(NODES):
                 cubic += _BETWEEN_FROM_NODES[i, j] * T[j]

@@ -18,6 +18,7 @@ from drillrig_env.stepper.collocation import rounding_of_speed, solve_nodes
 from drillrig_env.stepper.ladder import STATE
 from drillrig_env.stepper.landing import land
 from drillrig_env.stepper.settling import split
+from drillrig_env.stepper.turning import begin_turning
 
 _PIECES = 4
 """Most pieces of the law within one step; with more, shorter steps are taken."""
@@ -59,6 +60,9 @@ def step_through_kinks(
         if not away <= ladder.landed and not away <= rounding_of_speed(y, contact, ladder):
             break
         left -= reach
+        if contact.tilt > 0.0:
+            work.elapsed += reach * work.length
+            begin_turning(y, contact, work)
         zone = zone_beyond(zone, x_3 > 0.0, at_knee, contact.knee <= contact.omega_s)
     for i in range(STATE):
         y[i] = work.before[i]

@@ -20,6 +20,7 @@ from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step, workspace
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, table_of
+from drillrig_env.stepper.turning import begin_turning
 
 __all__ = ["WORKSPACE", "advance", "caution_for", "workspace"]
 
@@ -35,6 +36,9 @@ _LARGEST = 1e100
 
 _PER_FALL, _GROWING = 1.0 / 1.5, 4.0
 """How much bounds tighten where friction falls faster with speed than to 1/e in 1/1.5 own units, or grows in time."""
+
+_PER_TILT = 4.0
+"""How much bounds tighten where the normal force changes by itself while disc 1 turns by 1 rad."""
 
 _MOST_STEPS = 1 << 20
 """Most steps of a period, tried ones counted."""
@@ -68,6 +72,10 @@ def advance(y: FloatArray, contact: Record, ladder: Record, work: Record, sample
             rung += 1
             continue
         tries += 1
+        if contact.tilt > 0.0:
+            work.length = contact.period * (float(size) / float(end_of_period))
+            work.elapsed = contact.period * (float(position) / float(end_of_period))
+            begin_turning(y, contact, work)
         reach = solve_nodes(y, zone, contact, ladder, rung, work)
         if reach == 1.0:
             if sampled and rung < SAMPLED_RUNGS:
@@ -101,8 +109,9 @@ def caution_for(contact: Record, ladder: Record) -> float:
     steepest, bend = (contact.static - contact.kinetic) * contact.v_b, contact.v_b
     if contact.law != EXPONENTIAL:
         steepest, bend = steepest_of(contact)
-    growth: float = ladder.growth * steepest
+    growth: float = ladder.growth * steepest * (1.0 + contact.tilt)
     caution: float = max(1.0, _PER_FALL * bend * ladder.unit[2])
+    caution = max(caution, _PER_TILT * contact.tilt * contact.turns)
     return caution if growth <= 1.0 else max(caution, _GROWING * growth * sqrt(growth))
 
 

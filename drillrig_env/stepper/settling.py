@@ -36,11 +36,13 @@ def split(y: FloatArray, contact: Record, ladder: Record, rung: int, work: Recor
     """Take the fast settling out of `y`: its amplitude a (rad/s) and rate z (a step); its vector is `work.fast`.
 
     Where there is no such mode, or a polynomial follows it, z is 0 and `y` remains as it was. The mode is that of the
-    rig and its contact and is found once for both: where `work.fast_gain` is 0.
+    rig and its contact and is found once for both, where `work.fast_gain` is 0; on a tilted disc at every angle.
     """
     right, left = work.fast, work.fast_left
     gain, length = contact.static / contact.omega_s * ladder.rate_from_torque[2], length_of(rung)
-    if work.fast_gain == 0.0:
+    if contact.tilt > 0.0:
+        gain *= 1.0 + work.cosine
+    if work.fast_gain == 0.0 or contact.tilt > 0.0:
         work.fast_gain, work.fast_rate = gain, _mode(gain, ladder, work)
     rate = work.fast_rate * length
     if not rate < -_FAST:

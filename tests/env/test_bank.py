@@ -10,6 +10,7 @@ import pytest
 
 from drillrig_env import Drive, Friction, Rig, make_sb3
 from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.draws import draw_episodes
 from drillrig_env.env.scenario import UNIFORMS, Scenario
 from drillrig_env.fleet import Fleet
 from drillrig_env.model import jacobian, state_equations
@@ -79,7 +80,9 @@ def test_the_friction_law_is_spread_with_the_rigs():
 
 
 def test_all_rigs_are_drawn_alike_and_apart_from_everything_else_that_is():
-    draws = SCENARIO.draw(np.random.default_rng(0).random((60_000, UNIFORMS)), 60.0, {}, FLEET.members().friction)
+    draws = draw_episodes(
+        SCENARIO, np.random.default_rng(0).random((60_000, UNIFORMS)), 60.0, {}, FLEET.members().friction
+    )
     counts = np.bincount(draws.rig, minlength=6)
     assert np.abs(counts - 10_000).max() < 5 * np.sqrt(10_000 * 5 / 6)
     for other in (draws.delay, draws.noise, draws.phase, draws.speed_target):

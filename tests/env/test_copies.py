@@ -14,7 +14,14 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 
 RIGS = 3
+VARYING = {
+    "wandering": {"time": 2.0},
+    "tilt": {"turns": (1, 3)},
+    "target_step": 0.7,
+    "course": {"time": [0.0, 0.5, 1.7], "normal_force": [12.0, 30.0, 20.0]},
+}
 NOISY = {"sensors": "surface", "noise": 1.0, "delay": (0, 4), "drive": (0.3, 0.2, 0.5), "duration": 3.0}
+NOISY["scenario"] = VARYING
 COPIES = {
     "deepcopy": copy.deepcopy,
     "pickle": lambda env: pickle.loads(pickle.dumps(env)),

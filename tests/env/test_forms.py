@@ -35,6 +35,7 @@ VARIANTS = {
     "state": ("DrillRig-v0", {}),
     "surface": ("DrillRigSurface-v0", {}),
     "late": ("DrillRig-v0", {"noise": 1.0, "delay": (1, 5), "slew_limit": 1.0}),
+    "varying": ("DrillRig-v0", {"scenario": {"wandering": {}, "tilt": {"turns": (1, 2)}, "target_step": 0.8}}),
     "soft drive": ("DrillRigSurface-v0", {"drive": (0.04, 0.06, 1.0)}),
 }
 

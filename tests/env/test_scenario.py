@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, Scenario
+from drillrig_env.env.draws import draw_episodes
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.pins import check_pins
 from drillrig_env.env.scenario import PRESETS, STARTS, UNIFORMS
@@ -11,7 +12,7 @@ UNIFORM = np.random.default_rng(5).random((4000, UNIFORMS))
 
 
 def test_default_draws_are_those_of_the_contract():
-    drawn = Scenario().draw(UNIFORM, 60.0, {})
+    drawn = draw_episodes(Scenario(), UNIFORM, 60.0, {})
     table = Friction()
     for values, low, high in (
         (drawn.speed_target, 1.0, 5.0),
@@ -31,7 +32,7 @@ def test_default_draws_are_those_of_the_contract():
 
 
 def test_draws_are_independent_of_each_other():
-    drawn = Scenario().draw(UNIFORM, 60.0, {})
+    drawn = draw_episodes(Scenario(), UNIFORM, 60.0, {})
     columns = [
         drawn.speed_target,
         drawn.friction.normal_force,
@@ -45,19 +46,19 @@ def test_draws_are_independent_of_each_other():
 
 
 def test_presets_differ_as_documented():
-    nominal = PRESETS["nominal"].draw(UNIFORM, 60.0, {})
+    nominal = draw_episodes(PRESETS["nominal"], UNIFORM, 60.0, {})
     assert set(nominal.friction.normal_force) == {10.0}
     assert set(nominal.friction.mu_s) == {0.5}
-    wide = PRESETS["wide"].draw(UNIFORM, 60.0, {})
+    wide = draw_episodes(PRESETS["wide"], UNIFORM, 60.0, {})
     assert 2.0 <= wide.friction.normal_force.min() < 3.0
     assert 39.0 < wide.friction.normal_force.max() <= 40.0
     assert 1.35 < wide.friction.v_b.max() <= 1.4
 
 
 def test_pins_hold_and_leave_the_rest_as_it_was():
-    free = Scenario().draw(UNIFORM, 60.0, {})
+    free = draw_episodes(Scenario(), UNIFORM, 60.0, {})
     pins = check_pins({"normal_force": 20.0, "start": "rest", "load_steps": [(1.0, 5.0), (2.5, 9.0)]}, 4000, 60.0)
-    pinned = Scenario().draw(UNIFORM, 60.0, pins)
+    pinned = draw_episodes(Scenario(), UNIFORM, 60.0, pins)
     assert set(pinned.friction.normal_force) == {20.0}
     assert {STARTS[i] for i in pinned.start} == {"rest"}
     assert pinned.load_times[0, :3].tolist() == [1.0, 2.5, np.inf]
@@ -67,7 +68,7 @@ def test_pins_hold_and_leave_the_rest_as_it_was():
 
 @pytest.mark.parametrize("pins", [{"mu_k": 0.55}, {"mu_s": 0.2}, {"mu_s": 0.3, "mu_k": 0.3}])
 def test_one_pinned_coefficient_keeps_the_other_possible(pins):
-    drawn = Scenario().draw(UNIFORM, 60.0, check_pins(pins, 4000, 60.0))
+    drawn = draw_episodes(Scenario(), UNIFORM, 60.0, check_pins(pins, 4000, 60.0))
     assert np.all(drawn.friction.mu_s >= drawn.friction.mu_k)
 
 
@@ -119,7 +120,9 @@ def test_unknown_preset_is_refused():
 
 
 def test_slow_targets_can_be_made_more_frequent():
-    plain, slow = (Scenario.named(of).draw(UNIFORM, 60.0, {}).speed_target for of in ("default", {"target_skew": 3.0}))
+    plain, slow = (
+        draw_episodes(Scenario.named(of), UNIFORM, 60.0, {}).speed_target for of in ("default", {"target_skew": 3.0})
+    )
     assert np.median(plain) == pytest.approx(3.0, abs=0.1)
     assert np.median(slow) == pytest.approx(1.0 + 4.0 * 0.5**3, abs=0.1)
     assert (slow.min(), slow.max()) == pytest.approx((1.0, 5.0), abs=0.05)
@@ -136,22 +139,22 @@ def test_a_scenario_from_its_fields():
 def test_static_friction_stays_five_per_cent_above_the_kinetic_one():
     """Where the draws would cross, the ratio is the least allowed, and the other coefficient is as drawn."""
     tight = Scenario(spread=0.4, friction=Friction(10.0, 0.31, 0.306))
-    drawn = tight.draw(UNIFORM, 60.0, {})
+    drawn = draw_episodes(tight, UNIFORM, 60.0, {})
     ratio = drawn.friction.mu_s / drawn.friction.mu_k
     assert ratio.min() == pytest.approx(1.05, rel=1e-12)
     assert 0.3 < np.mean(ratio < 1.05 + 1e-9) < 0.7
     np.testing.assert_allclose(drawn.friction.mu_k, 0.306 * (1.0 + 0.4 * (2.0 * UNIFORM[:, 3] - 1.0)))
-    pinned = tight.draw(UNIFORM, 60.0, check_pins({"mu_s": 0.3}, 4000, 60.0))
+    pinned = draw_episodes(tight, UNIFORM, 60.0, check_pins({"mu_s": 0.3}, 4000, 60.0))
     assert set(pinned.friction.mu_s) == {0.3}
     assert pinned.friction.mu_k.max() == pytest.approx(0.3 / 1.05, rel=1e-12)
-    kinetic = tight.draw(UNIFORM, 60.0, check_pins({"mu_k": 0.3}, 4000, 60.0))
+    kinetic = draw_episodes(tight, UNIFORM, 60.0, check_pins({"mu_k": 0.3}, 4000, 60.0))
     assert kinetic.friction.mu_s.min() == pytest.approx(0.315, rel=1e-12)
 
 
 def test_with_candidates_every_second_episode_is_the_hardest_of_them():
     """Harder is steeper: friction that falls faster with speed at the target. The others stay as they were drawn."""
     uniforms = first_uniforms(0, 4000)
-    plain, hard = (Scenario(candidates=number).draw(uniforms, 60.0, {}) for number in (1, 5))
+    plain, hard = (draw_episodes(Scenario(candidates=number), uniforms, 60.0, {}) for number in (1, 5))
     same = hard.speed_target == plain.speed_target
     assert 0.45 < same.mean() < 0.65  # half of them, and a fifth of the rest
     steepness = [-np.asarray(one.friction.slope(Rig(), one.speed_target)) for one in (plain, hard)]
@@ -165,7 +168,7 @@ def test_with_candidates_every_second_episode_is_the_hardest_of_them():
 def test_candidates_are_of_the_same_distribution():
     """Where steepness does not differ between candidates, the draws stay uniform."""
     flat = Scenario(candidates=5, speed_target=(2.0, 2.0), normal_force=(10.0, 10.0), spread=0.0)
-    draws = flat.draw(first_uniforms(0, 4000), 60.0, {})
+    draws = draw_episodes(flat, first_uniforms(0, 4000), 60.0, {})
     assert abs(np.isfinite(draws.load_times[:, 0]).mean() - 0.5) < 0.03
     assert abs(draws.phase.mean() - 0.5) < 0.02
 
@@ -178,6 +181,6 @@ def test_there_are_no_more_than_a_hundred_candidates():
 
 def test_pins_hold_for_the_candidates_too():
     pins = check_pins({"speed_target": 3.0, "normal_force": 20.0}, 50, 60.0)
-    draws = Scenario(candidates=3).draw(first_uniforms(0, 50), 60.0, pins)
+    draws = draw_episodes(Scenario(candidates=3), first_uniforms(0, 50), 60.0, pins)
     assert set(draws.speed_target) == {3.0}
     assert set(draws.friction.normal_force) == {20.0}
