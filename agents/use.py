@@ -22,6 +22,21 @@ Nothing that was learnt is lost: a checkpoint stays until the last model is whol
 one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0 (done),
 1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM).
 
+**A curriculum** is a key of a file of hyperparameters, or of `-params`:
+
+```yaml
+curriculum:
+  scenarios:  # from easy to hard; then comes the environment's own
+    - {{normal_force: [5, 15], load_step: 0}}
+    - {{normal_force: [5, 25]}}
+  share: 0.8  # of the last episodes, mitigated before the next scenario begins
+  episodes: 200
+```
+
+A scenario is given as the environment takes it, in the chapter rig's numbers; episodes that began under an earlier one
+are not counted, evaluations are of the environment's own all along, and what is imitated is imitated in the first. A
+training that goes on after a stop is as far as it was.
+
 **Models of other people.** Stable-Baselines3 keeps settings in `model.zip` as pickles, and `PPO.load` runs whatever
 code their maker put there. This project reads a run's settings from `config.json` and only tensors from
 `model.zip`: `eval.py` and the export execute nothing that a run folder holds. `train.py --resume` does load the
@@ -60,10 +75,10 @@ python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo
 ```
 
 rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
-`imitation`, `anchor`, `critic_iterations` and `staggered` are this project's own: rl-zoo3 hands them to the algorithm,
-which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and `sac.yml` in
-`agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with rl_zoo3 2.9.2 for
-98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
+`imitation`, `anchor`, `critic_iterations`, `staggered` and `curriculum` are this project's own: rl-zoo3 hands them to
+the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and
+`sac.yml` in `agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with
+rl_zoo3 2.9.2 for 98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
 
 `python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
 physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit

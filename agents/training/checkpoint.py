@@ -2,20 +2,21 @@
 
 A checkpoint is taken between two rollouts, when the last update is done and the next rollout has not
 begun. It holds Stable-Baselines3's own model file (networks, optimisers, step count, the last
-observations), the generators of PyTorch, NumPy and the action space, the environment (every rig's
-record, generator and frame stack), SAC's replay buffer and a recurrent network's state. A training
-that goes on from there ends, bit for bit, like one that never stopped, with the same versions of
-PyTorch and NumPy on the same kind of machine; a graphics card may round otherwise each time. (With `use_sde` it does
-not: the exploration noise is drawn again at the start of a rollout.)
+observations), the generators of PyTorch, NumPy and the action space, the state of the environment (every
+rig's record and generator, and the scenario) and the frame stack, SAC's replay buffer and a recurrent
+network's state. A training that goes on from there ends, bit for bit, like one that never stopped, with the
+same versions of PyTorch and NumPy on the same kind of machine; a graphics card may round otherwise each time.
+(With `use_sde` it does not: the exploration noise is drawn again at the start of a rollout.)
 
 The file is written beside the old one and then put in its place, so that there is always a whole one. It
-holds pickles of Stable-Baselines3, and reading those can run any code: go on with one's own trainings only.
+holds pickles, and reading those can run any code: go on with one's own trainings only.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from agents.training.hyperparameters import algorithm_class
 from drillrig_env.files import read_arrays, written_whole
 
 Arrays = dict[str, np.ndarray]
+_UNREADABLE = (KeyError, ValueError, AttributeError, ImportError, RuntimeError, TypeError, pickle.UnpicklingError)
 _REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 
 
@@ -44,8 +46,10 @@ def save_checkpoint(path: Path, model: BaseAlgorithm) -> None:
         "torch": torch.get_rng_state().numpy(),
         "generators": np.array(json.dumps(_generators(model))),
         "numpy": _numpy_generator().state["state"]["key"],
+        "environment": np.frombuffer(pickle.dumps(batch_of(env).get_state()), dtype=np.uint8),
     }
-    arrays.update({f"env.{name}": value for name, value in _environment_arrays(env).items()})
+    if isinstance(env, VecFrameStack):
+        arrays["frames"] = env.stacked_obs.stacked_obs
     if model.device.type == "cuda":
         arrays["cuda"] = torch.cuda.get_rng_state(model.device).numpy()
     buffer = getattr(model, "replay_buffer", None)
@@ -68,15 +72,16 @@ def load_checkpoint(path: Path, algorithm: str, env: VecEnv, device: torch.devic
     try:
         archive = io.BytesIO(arrays["model"].tobytes())
         model = algorithm_class(algorithm).load(archive, env=env, device=device, force_reset=False)
-        for name, value in _environment_arrays(env).items():
-            value[...] = arrays[f"env.{name}"]
+        batch_of(env).set_state(pickle.loads(arrays["environment"].tobytes()))
+        if isinstance(env, VecFrameStack):
+            env.stacked_obs.stacked_obs[...] = arrays["frames"]
         buffer = getattr(model, "replay_buffer", None)
         if buffer is not None:
             _fill(buffer, arrays)
         for i, tensor in enumerate(_recurrent_state(model)):
             tensor.copy_(torch.from_numpy(arrays[f"lstm.{i}"]))
         _restore_generators(model, json.loads(str(arrays["generators"])), arrays)
-    except (KeyError, ValueError, AttributeError, ImportError, RuntimeError, TypeError) as error:
+    except _UNREADABLE as error:
         raise ValueError(f"{path} is of another version or damaged ({error}); {remedy}") from error
     return model
 
@@ -85,17 +90,6 @@ def save_model(path: Path, model: BaseAlgorithm) -> None:
     """Write a model in Stable-Baselines3's own format."""
     with written_whole(path) as new:
         model.save(new)
-
-
-def _environment_arrays(env: VecEnv) -> Arrays:
-    """Every array that the environment keeps between steps, by name; to be read or written in place."""
-    batch = batch_of(env)
-    found = {}
-    for owner, thing in (("env", batch), ("core", batch.core), ("generators", batch._generators)):
-        found.update({f"{owner}.{name}": value for name, value in vars(thing).items() if isinstance(value, np.ndarray)})
-    if isinstance(env, VecFrameStack):
-        found["frames"] = env.stacked_obs.stacked_obs
-    return found
 
 
 def _generators(model: BaseAlgorithm) -> dict[str, Any]:

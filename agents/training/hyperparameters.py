@@ -12,6 +12,7 @@ import yaml
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
+from agents.training.curriculum import Stages
 from agents.training.imitation import Imitation
 from agents.training.schedules import policy_kwargs, schedule
 from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Kind, Switch
@@ -26,7 +27,7 @@ HYPERPARAMETER_FILES = Path(__file__).parents[1] / "hyperparams"
 
 _OURS = (
     *("n_envs", "n_timesteps", "env_kwargs", "frame_stack"),
-    *("imitation", "critic_iterations", "staggered", "anchor"),
+    *("imitation", "critic_iterations", "staggered", "anchor", "curriculum"),
 )
 """What training itself uses, and not the algorithm. The second row is this project's own; rl-zoo3 has the first."""
 
@@ -98,6 +99,8 @@ def hyperparameters(
         raise refuse(algorithm, "env_kwargs", chosen["env_kwargs"], "", "arguments of the environment by name")
     if chosen.get("imitation") is not None:
         chosen["imitation"] = asdict(Imitation.of(chosen["imitation"]))
+    if chosen.get("curriculum") is not None:
+        chosen["curriculum"] = asdict(Stages.of(chosen["curriculum"]))
     algorithm_arguments(chosen)  # refuses what cannot be read
     return chosen
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -88,14 +88,19 @@ def checked_config(training: Training) -> dict[str, Any]:
     if training.n_timesteps is not None:
         changes["n_timesteps"] = training.n_timesteps
     base = _base(training)
-    table = {name: value for name, value in base["hyperparameters"].items() if name != "imitation"} if base else None
+    learnt = ("imitation", "curriculum")  # what an agent has behind it
+    table = {name: value for name, value in base["hyperparameters"].items() if name not in learnt} if base else None
     chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file, table)
     given = base["env_kwargs"] if base else chosen.get("env_kwargs", {})
-    if "rig" not in given:  # its numbers are those of the chapter's rig
+    scales = Scales()
+    if "rig" not in given:  # its numbers, and a curriculum's, are those of the chapter's rig
         scales = Scales.of(training.env_kwargs.get("rig"), training.env_kwargs.get("largest_reference"))
-        given = scaled_arguments(given, scales)
+    given = scaled_arguments(given, scales)
     env_kwargs = plain_arguments(training.env_id, {**given, **training.env_kwargs})
     check_arguments(training.env_id, env_kwargs)
+    if chosen.get("curriculum") is not None:
+        scenarios = [scaled_arguments({"scenario": one}, scales) for one in chosen["curriculum"]["scenarios"]]
+        chosen["curriculum"]["scenarios"] = _plain_scenarios(training.env_id, env_kwargs, scenarios)
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
         raise refuse("Training", "seed", training.seed, "", f"0 to {last}")
@@ -127,3 +132,11 @@ def _base(training: Training) -> dict[str, Any] | None:
                 "Training", name, getattr(training, name), "", f"{config[name]}, that of {training.resume_from}"
             )
     return config
+
+
+def _plain_scenarios(env_id: str, env_kwargs: Mapping[str, Any], arguments: Sequence[Mapping[str, Any]]) -> list[Any]:
+    """The scenarios of a curriculum as plain values. `ValueError` for one that the environment cannot have."""
+    found = [plain_arguments(env_id, one) for one in arguments]
+    for one in found:
+        check_arguments(env_id, {**env_kwargs, **one})
+    return [one["scenario"] for one in found]

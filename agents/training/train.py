@@ -11,11 +11,12 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents.policy.environment import environment_arguments, make_environment
+from agents.policy.environment import batch_of, environment_arguments, make_environment
 from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new_run, read_config, write_config
 from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
+from agents.training.curriculum import Curriculum, Stages
 from agents.training.device import device_of, provenance_on
 from agents.training.fine_tuning import take_weights
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
@@ -99,7 +100,10 @@ def _environment(config: Mapping[str, Any], threads: int | None) -> VecEnv:
     chosen = config["hyperparameters"]
     env_kwargs = {**config["env_kwargs"], "threads": threads}
     frames = chosen.get("frame_stack", 1)
-    return make_environment(config["env_id"], chosen["n_envs"], config["seed"], env_kwargs, frames)
+    env = make_environment(config["env_id"], chosen["n_envs"], config["seed"], env_kwargs, frames)
+    if chosen.get("curriculum"):
+        batch_of(env).change(scenario=chosen["curriculum"]["scenarios"][0])
+    return env
 
 
 def _learn(
@@ -126,6 +130,9 @@ def _learn(
     callbacks: list[BaseCallback] = [shown, *([evaluate] if evaluate else []), checkpoint, warm_up]
     if chosen.get("anchor"):
         callbacks.append(Anchor(folder, config, chosen["anchor"]))
+    if chosen.get("curriculum"):
+        last = environment_arguments(config["env_id"], config["env_kwargs"]).get("scenario", "default")
+        callbacks.append(Curriculum(Stages.of(chosen["curriculum"]), last))
     try:
         with checkpoint:
             if chosen.get("imitation") and not begun:

@@ -11,8 +11,10 @@ import numpy as np
 import pytest
 import torch
 
+from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import CHECKPOINT, TRAINED, is_finished, load_policy, read_config
-from agents.training.checkpoint import save_model
+from agents.training.checkpoint import load_checkpoint, save_checkpoint, save_model
+from agents.training.hyperparameters import algorithm_class
 from agents.training.progress import ShowProgress, read_progress
 from agents.training.settings import Training
 from agents.training.train import resume, train
@@ -295,3 +297,18 @@ def test_an_error_while_learning_keeps_the_model_and_says_how_to_go_on(tmp_path,
     assert f"to go on: python train.py --resume {tmp_path / 'run'}" in end.value.__notes__
     monkeypatch.undo()
     resume(tmp_path / "run", progress=False)
+
+
+def test_terms_of_a_reward_are_called_where_this_process_has_them(tmp_path):
+    (tmp_path / "terms.py").write_text(
+        "from drillrig_env import RewardTerms\n\ndef slow(bit_speed):\n    return -bit_speed\n\n"
+        'mine = RewardTerms("slow", slow)\n'
+    )
+    environment = {"duration": 3.0, "reward": f"{tmp_path}/terms.py:mine"}
+    envs = [make_environment("DrillRig-v0", 8, 0, environment) for _ in range(2)]
+    model = algorithm_class("ppo")("MlpPolicy", envs[0], n_steps=16, batch_size=64).learn(128)
+    address = batch_of(envs[0]).core._settings["address"].copy()
+    batch_of(envs[0]).core._settings["address"] = 1  # as if it were another process
+    save_checkpoint(tmp_path / CHECKPOINT, model)
+    load_checkpoint(tmp_path / CHECKPOINT, "ppo", envs[1])
+    assert batch_of(envs[1]).core._settings["address"] == address

@@ -1,0 +1,94 @@
+"""A curriculum: what episodes draw grows harder whenever enough of the last ones were mitigated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from stable_baselines3.common.callbacks import BaseCallback
+
+from agents.policy.environment import batch_of
+from drillrig_env.allowed import COUNT, SHARE, Made
+from drillrig_env.env.scenario import Scenario
+from drillrig_env.parameters import check_fields, parameter
+from drillrig_env.toml import record_of
+
+
+def _scenarios(given: Any) -> tuple[Any, ...]:
+    if isinstance(given, str | Mapping) or not isinstance(given, Sequence) or not given:
+        raise ValueError(f"{given!r} is not allowed; allowed: a list of scenarios, from easy to hard")
+    for scenario in given:
+        Scenario.named(scenario)
+    return tuple(given)
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Scenarios that come before the environment's own. `ValueError` for a field that is not allowed."""
+
+    scenarios: tuple[Any, ...] = parameter(
+        (),
+        meaning="what episodes draw, from easy to hard; then comes the environment's own",
+        allowed=Made(_scenarios, "a list of scenarios, each as the environment takes it"),
+    )
+    share: float = parameter(0.8, meaning="of the last episodes: mitigated before the next one begins", allowed=SHARE)
+    episodes: int = parameter(200, meaning="of which that share is, since the scenario is what it is", allowed=COUNT)
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+    @classmethod
+    def of(cls, given: Any) -> Stages:
+        """Stages from their fields. `ValueError` for an unknown one, with the closest known name."""
+        return record_of(cls, "curriculum", given)
+
+
+class Curriculum(BaseCallback):
+    """Give all rigs of a training the next scenario once they have mitigated a share of their last episodes.
+
+    It does so between two rollouts, and the scenario holds from the next episodes on: those that began under another
+    one are not counted. `last` is the environment's own scenario, as it takes it. How far a training is, is kept with
+    its model, so that one that goes on is as far.
+    """
+
+    def __init__(self, stages: Stages, last: Any) -> None:
+        super().__init__()
+        self.stages, self.scenarios = stages, (*stages.scenarios, last)
+
+    @property
+    def stage(self) -> int:
+        """How many scenarios are behind the training."""
+        return int(self._so_far["stage"])
+
+    @property
+    def _so_far(self) -> dict[str, Any]:
+        """The stage, which of its last episodes were mitigated, and which rigs are still in an episode from before."""
+        model: Any = self.model
+        if not hasattr(model, "curriculum"):
+            model.curriculum = _at_stage(0, began_before=[False] * self.training_env.num_envs)
+        found: dict[str, Any] = model.curriculum
+        return found
+
+    def _on_rollout_start(self) -> None:
+        mitigated = self._so_far["mitigated"]
+        enough = len(mitigated) == self.stages.episodes and np.mean(mitigated) >= self.stages.share
+        if enough and self.stage < len(self.stages.scenarios):
+            model: Any = self.model
+            model.curriculum = _at_stage(self.stage + 1, began_before=[True] * self.training_env.num_envs)
+            batch_of(self.training_env).change(scenario=self.scenarios[self.stage])
+        self.logger.record("curriculum/stage", self.stage)
+
+    def _on_step(self) -> bool:
+        so_far, infos = self._so_far, self.locals["infos"]
+        for rig in np.flatnonzero(self.locals["dones"]).tolist():
+            if not so_far["began_before"][rig]:
+                so_far["mitigated"].append(infos[rig]["is_success"])
+            so_far["began_before"][rig] = False
+        del so_far["mitigated"][: -self.stages.episodes]
+        return True
+
+
+def _at_stage(stage: int, began_before: list[bool]) -> dict[str, Any]:
+    return {"stage": stage, "mitigated": [], "began_before": began_before}
