@@ -17,7 +17,7 @@ from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.exponentials import BETWEEN, NODES, POWERS_FROM_NODES, RADAU_NODES
 from drillrig_env.stepper.ladder import SAMPLES, STATE, table_of
-from drillrig_env.stepper.turning import SMALL_TURN, factor_between, turn_nodes
+from drillrig_env.stepper.turning import SMALL_TURN, turn_between, turn_nodes
 
 _NEWTON_LIMIT = 8
 
@@ -67,6 +67,9 @@ WORKSPACE = np.dtype(
         ("factor", "f8", NODES),  # by which a tilted disc presses more than N_1, at the nodes
         ("cosine", "f8"),  # a cos(m theta_1 + phi) of a tilted disc at the start of the step, and with the sine
         ("sine", "f8"),
+        ("angle", "f8", NODES),  # by which m theta_1 has turned since then, at the nodes or between them, rad
+        ("before_turning", "f8", NODES),
+        ("between_factor", "f8", NODES),
         ("turned", "f8"),  # how far m theta_1 turns in the step, rad
         ("elapsed", "f8"),  # since the start of the period, s; only where there is a tilt
         ("length", "f8"),  # of the step, s; likewise
@@ -258,11 +261,13 @@ def _follows(
     store(speeds, 0, linear + T[2] * row(b, 2, NODES) + T[3] * row(b, 3, NODES))
     allowed = ladder.largest_defect / weight + _rounding(y, contact, ladder, work)
     nearer, farther = edges_of(zone, contact.omega_s, contact.knee)
+    if contact.tilt > 0.0:
+        turn_between(y[2] + contact.speed_reference, contact, work)
     for i in range(NODES):
         if BETWEEN[i] < share:
             torque, _ = torque_in_zone(zone, speeds[i], contact)
             if contact.tilt > 0.0:
-                torque *= factor_between(i, y[2] + contact.speed_reference, contact, work)
+                torque *= work.between_factor[i]
             cubic = 0.0
             for j in range(NODES):
                 cubic += _BETWEEN_FROM_NODES[i, j] * T[j]

@@ -16,6 +16,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.jit.simd import row, store
 from drillrig_env.stepper.exponentials import BETWEEN, NODES, POWERS_FROM_NODES, RADAU_NODES
 
 LARGEST_TURN = 1.5
@@ -33,7 +34,8 @@ def _integrals(times: FloatArray) -> FloatArray:
     return np.asarray(times[:, None] ** exponents / exponents) @ _POWERS_OF_RATES
 
 
-_TO_NODES, _TO_BETWEEN = _integrals(RADAU_NODES), _integrals(BETWEEN)
+_TO_NODES, _TO_BETWEEN = (np.ascontiguousarray(_integrals(times).T) for times in (RADAU_NODES, BETWEEN))
+"""A row for the speed at each node, an entry for each time."""
 
 _ORDER = 8
 _COSINE = np.array([(-1.0) ** k / factorial(2 * k) for k in range(_ORDER, -1, -1)])
@@ -50,41 +52,42 @@ def begin_turning(y: FloatArray, contact: Record, work: Record) -> None:
 
 
 @inlined
-def _factor(turned: float, work: Record) -> float:
-    """By which the disc presses more than N_1 where m theta_1 has `turned` (rad) since the start of the step."""
-    square, cosine, sine = turned * turned, 0.0, 0.0
-    for k in range(_ORDER + 1):
-        cosine = cosine * square + _COSINE[k]
-        sine = sine * square + _SINE[k]
-    factor: float = 1.0 + (work.cosine * cosine - work.sine * (turned * sine))
-    return factor
-
-
-@inlined
 def turn_nodes(start: float, contact: Record, work: Record) -> float:
     """Find `work.factor` at the nodes from their speeds; by how much torques were wrong with those before (N m).
 
     `start` is the bit speed at the start of the step. Infinite where the disc turns too far in the step, and nothing is
     known then.
     """
-    wrong, farthest, per_step = 0.0, 0.0, contact.turns * work.length
     for j in range(NODES):
-        turned = start * RADAU_NODES[j]
-        for k in range(NODES):
-            turned += _TO_NODES[j, k] * (work.speed[k] - start)
-        turned *= per_step
-        factor = _factor(turned, work)
-        wrong = max(wrong, abs(factor - work.factor[j]) * max(contact.static, abs(work.torque[j])))
-        work.factor[j] = factor
-        farthest = max(farthest, abs(turned))
+        work.before_turning[j] = work.factor[j]
+    _turn(start, RADAU_NODES, _TO_NODES, contact, work, work.factor)
+    wrong, farthest = 0.0, 0.0
+    for j in range(NODES):
+        change = abs(work.factor[j] - work.before_turning[j])
+        wrong = max(wrong, change * max(contact.static, abs(work.torque[j])))
+        farthest = max(farthest, abs(work.angle[j]))
     work.turned = farthest
     return wrong if farthest <= LARGEST_TURN else inf
 
 
 @compiled
-def factor_between(i: int, start: float, contact: Record, work: Record) -> float:
-    """By which the disc presses more than N_1 at the time `i` between the nodes."""
-    turned = start * BETWEEN[i]
-    for k in range(NODES):
-        turned += _TO_BETWEEN[i, k] * (work.speed[k] - start)
-    return _factor(contact.turns * work.length * turned, work)
+def turn_between(start: float, contact: Record, work: Record) -> None:
+    """Find by which the disc presses more than N_1 at the times between the nodes, as `work.between_factor`."""
+    _turn(start, BETWEEN, _TO_BETWEEN, contact, work, work.between_factor)
+
+
+@inlined
+def _turn(
+    start: float, times: FloatArray, from_speeds: FloatArray, contact: Record, work: Record, factor: FloatArray
+) -> None:
+    """By which the disc presses more than N_1 at some `times`, to which m theta_1 turns by `work.angle` (rad)."""
+    v = work.speed
+    turned = start * row(times, 0, NODES) + (v[0] - start) * row(from_speeds, 0, NODES)
+    turned = turned + (v[1] - start) * row(from_speeds, 1, NODES) + (v[2] - start) * row(from_speeds, 2, NODES)
+    turned = (contact.turns * work.length) * (turned + (v[3] - start) * row(from_speeds, 3, NODES))
+    square = turned * turned
+    cosine, sine = _COSINE[1] + _COSINE[0] * square, _SINE[1] + _SINE[0] * square
+    for k in range(2, _ORDER + 1):
+        cosine, sine = _COSINE[k] + cosine * square, _SINE[k] + sine * square
+    store(work.angle, 0, turned)
+    store(factor, 0, 1.0 + (work.cosine * cosine + (-work.sine) * (turned * sine)))
