@@ -58,7 +58,7 @@ _SECTIONS = (
         "newcomer",
         "What a newcomer gets",
         '`PPO("MlpPolicy", env)` and `SAC("MlpPolicy", env)` as Stable-Baselines3 has them, with no setting of one\'s '
-        "own, on one rig and on many at a time, on rigs drawn as in `default`.",
+        "own, on one rig, where no two seeds meet the same draws, and on many, on rigs drawn as in `default`.",
         "training",
         _MET,
     ),
@@ -99,7 +99,8 @@ def _how(settings: Iterable[Mapping[str, Any]]) -> str:
     rigs = markdown.listed([f"{number:,}" for number in sorted({one["rigs"] for one in settings})], "or")
     return (
         f"{rigs} rigs of each kind, of the training side, from developed stick-slip but for `load`. Mean over seeds, "
-        "with the lowest and the highest. The cost is that of the default reward, whatever they learnt with."
+        "with the lowest and the highest, likely too near to each other where several rigs are learnt on at a time, as "
+        "said above. The cost is that of the default reward, whatever they learnt with."
     )
 
 

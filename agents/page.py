@@ -23,7 +23,7 @@ from agents.choices import choices, made
 from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
-from agents.shipping.card import imitation_steps, training_minutes
+from agents.shipping.card import SHARED_DRAWS, imitation_steps, training_minutes
 from agents.use import USE
 from drillrig_env import markdown
 from drillrig_env.command_line import Failed, Parser, command
@@ -141,7 +141,8 @@ def _shipped(found: Mapping[str, _Agent], docs: Path) -> str:
         'a policy is asked for, as in `python eval.py ppo`, and `drillrig_env.policy.load("ppo")` brings one with '
         "the environment that it belongs in.\n",
         f"On {found[AGENT].seeds['rigs']['default']:,} held-out rigs of the suite `default`, interquartile "
-        "mean over all training seeds with its 95 % bootstrap interval; of what is not trained, with that over rigs.\n",
+        "mean over all training seeds with its 95 % bootstrap interval; of what is not trained, with that over rigs. "
+        f"{SHARED_DRAWS}\n",
     ]
     for soft, words in ((False, _PLAIN), (True, _SOFT)):
         rows = {

@@ -30,6 +30,12 @@ from drillrig_env.files import write_text
 COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
 
+SHARED_DRAWS = (
+    "Environment i of training seed s draws with the seed s + i: seeds s and s + 1 meet the same rigs in all but one "
+    "environment and differ by first weights and exploration, so that the spread over seeds is likely too narrow."
+)
+"""What a reader must know of intervals over training seeds."""
+
 _COUNTED = {"rigs": "rigs", "not mitigated": "failed", "of these calm, off the target": "calm"}
 """What the card counts by hardness, and what `seeds.json` calls it."""
 
@@ -118,7 +124,7 @@ def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
     lines = [
         "## Scores\n",
         f"On {seeds['rigs']['default']:,} held-out rigs a suite, the chapter's cases aside. Of {count} training seeds, "
-        "the interquartile mean with its 95 % bootstrap interval over seeds:\n",
+        f"the interquartile mean with its 95 % bootstrap interval over seeds. {SHARED_DRAWS}\n",
         _by_suite(MAIN, "main", seeds["pooled"]),
         f"\n*{markdown.sentence(MAIN.caption)}*\n",
         f"The shipped seed, {shipped}, is the median one by mitigated share in `default`; its scores, with 95 % "

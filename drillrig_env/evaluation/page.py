@@ -44,7 +44,7 @@ and *calm* when that holds at any mean speed. Below the critical speed ω_c stea
 the fold (*bistable*) both it and stick-slip are stable; above the fold stick-slip dies by itself. The hardness q is
 the fall of a rig's friction with speed at the target over what the bare drive can bear.
 Intervals are at 95 %: Wilson's for rates, bootstrap over rigs otherwise; for an agent with several training seeds, of
-the interquartile mean over seeds. Marks: {MARKS}.
+the interquartile mean over seeds. They have a digit less than the values, rounded outwards. Marks: {MARKS}.
 
 This page and its pictures come from the stored results of all episodes with `{COMMAND}`.
 """

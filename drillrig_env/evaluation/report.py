@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 
 from drillrig_env import markdown
 from drillrig_env.evaluation.results import MARKS, label
@@ -20,6 +21,7 @@ from drillrig_env.evaluation.tables import (
 )
 
 _WIDTH = 80
+_EXACT = 9  # digits behind the point that an end of an interval is taken with: what comes after them is rounding
 
 
 def rows(results: Mapping[str, Scores], table: Table = MAIN) -> dict[str, Row]:
@@ -94,7 +96,7 @@ def print_suite(
 
 
 def cell(estimate: Estimate, digits: int, signed: bool = False) -> tuple[str, str]:
-    """Value and interval as text; the interval with a digit less."""
+    """Value and interval as text; the interval with a digit less, rounded outwards, so that it holds the value."""
     if estimate.count == 0:
         return "none", ""
     fewer = max(digits - 1, 1)
@@ -102,5 +104,9 @@ def cell(estimate: Estimate, digits: int, signed: bool = False) -> tuple[str, st
     value = f"{estimate.value:{sign}.{digits}f}"
     if estimate.low == estimate.high:
         return value, ""
-    low, high = (f"{end:{sign}.{fewer}f}" for end in (estimate.low, estimate.high))
+    step = Decimal(1).scaleb(-fewer)
+    low, high = (
+        f"{Decimal(f'{end:.{_EXACT}f}').quantize(step, rounding):{sign}}"
+        for end, rounding in ((estimate.low, ROUND_FLOOR), (estimate.high, ROUND_CEILING))
+    )
     return value, f"{low} {high}" if signed else f"{low}-{high}"

@@ -17,6 +17,7 @@ def test_card_tells_task_scores_training_and_use(trained):
         f"| {about['shipped']} (shipped) |",
         "| `load` |",
         "on the rig's own drive",
+        "seeds s and s + 1 meet the same rigs in all but one environment",
         "MIT",
         about["seeds"]["0"]["machine"],
         "256 steps",

@@ -45,6 +45,7 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
     text = page(docs, trained)
     for words in (
         "[`ppo`](../agents/trained/ppo/README.md)",
+        "so that the spread over seeds is likely too narrow",
         "steps to 0.9",
         "Words of a person.",
         "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (",

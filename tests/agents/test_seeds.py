@@ -7,8 +7,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import CHECKPOINT, is_finished, read_config, write_config
 from agents.training import seeds
 from agents.training.seeds import resume_seeds, train_seeds
@@ -141,3 +143,17 @@ def test_two_processes_do_not_go_on_with_the_same_seeds(tmp_path):
     write_config(tmp_path / "seed_0", checked_config(small(None)))
     with files.owned(tmp_path), pytest.raises(BlockingIOError, match="in use by process"):
         resume_seeds(tmp_path)
+
+
+def test_neighbouring_seeds_meet_the_same_rigs_in_all_but_one_environment():
+    """Whatever the agents do: what environment i of seed s draws next is what environment i - 1 of seed s + 1 draws."""
+    random = np.random.default_rng(0)
+    drawn = []
+    for seed in (0, 1):
+        env = make_environment("DrillRig-v0", 6, seed, {"duration": 3.0})
+        env.reset()
+        for _ in range(70):
+            env.step(random.uniform(-1.0, 1.0, (6, 1)).astype(np.float32))
+        drawn.append(batch_of(env)._generators.states)
+    np.testing.assert_array_equal(drawn[0][1:], drawn[1][:-1])
+    assert (drawn[0] != drawn[1]).all(axis=1).all()

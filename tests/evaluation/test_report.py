@@ -66,6 +66,24 @@ def test_cells():
     assert cell(Estimate(np.nan, np.nan, np.nan, 0), 3) == ("none", "")
 
 
+def test_the_interval_that_is_shown_holds_the_value_that_is_shown():
+    assert cell(Estimate(0.999, 0.998, 0.9995, 9), 3) == ("0.999", "0.99-1.00")
+    assert cell(Estimate(0.049, 0.0482, 0.0499, 9), 3) == ("0.049", "0.04-0.05")
+    assert cell(Estimate(-0.004, -0.0044, -0.0036, 9), 3, signed=True) == ("-0.004", "-0.01 -0.00")
+    random = np.random.default_rng(0)
+    for low, value, high in np.sort(random.normal(0.0, 1.0, (500, 3))):
+        for digits in (1, 2, 3):
+            text, interval = cell(Estimate(value, low, high, 9), digits, signed=True)
+            ends = [float(end) for end in interval.split()]
+            assert ends[0] <= float(text) <= ends[1]
+            assert ends == pytest.approx([low, high], abs=0.1 ** max(digits - 1, 1))
+
+
+def test_an_end_of_an_interval_that_has_the_digits_shown_stays_as_it_is():
+    """0.29 times 100 is 28.999999999999996, and 0.1 + 0.2 is 0.30000000000000004."""
+    assert cell(Estimate(0.295, 0.29, 0.1 + 0.2, 9), 3) == ("0.295", "0.29-0.30")
+
+
 def shown(table):
     """The cells of a row whose estimates are all 1.23456, from 1 to 2."""
     row = dict.fromkeys(table.headings, Estimate(1.23456, 1.0, 2.0, 9))
