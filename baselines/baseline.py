@@ -14,6 +14,7 @@ from drillrig_env.drive import Drive
 from drillrig_env.env.core import rate_action
 from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.env.task import Task
+from drillrig_env.fleet import Fleet, FleetLike
 from drillrig_env.policy import AtHome
 from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.rig import Rig, RigLike
@@ -27,13 +28,15 @@ class Baseline(AtHome):
     - `channels`: always read;
     - `any_of`: alternatives, each a tuple of channels, of which the sensors must show one in full;
     - `privileged`: entries of `info` that must be handed over by `tell(info)` before each `predict`;
+    - `exact`: whether it is shown the state as it is, whatever the sensors are: no rig shows that;
     - `memory`: numbers a rig that are kept from one call to the next;
     - `tuned`: arguments of the constructor that `python -m baselines.tune` searches, with their bounds;
     - `tuned_values`: what it found for them, by the sensors that it was run with;
     - `slow`: whether an episode takes minutes rather than seconds.
 
     `rig`, `slew_limit` (rad/s^2), `control_period` (s) and `largest_reference` (rad/s) are those of the environment
-    that it acts in; None is the rig's own. Sensors that do not show what a policy reads are refused with a
+    that it acts in; None is the rig's own. `fleet` is what `Scenario.rigs` has of it: a policy that is told "rig" knows
+    its members, all others go by the nominal rig. Sensors that do not show what a policy reads are refused with a
     `ValueError`.
     """
 
@@ -44,6 +47,7 @@ class Baseline(AtHome):
     tuned: ClassVar[dict[str, tuple[float, float]]] = {}
     tuned_values: ClassVar[dict[str, dict[str, float]]] = {}
     slow: ClassVar[bool] = False
+    exact: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -52,15 +56,17 @@ class Baseline(AtHome):
         slew_limit: float | None = None,
         control_period: float | None = None,
         largest_reference: float | None = None,
+        fleet: FleetLike = None,
     ) -> None:
         self.task = Task.for_rig(
             rig,
-            sensors=sensors,
+            sensors="state" if self.exact else sensors,
             slew_limit=slew_limit,
             control_period=control_period,
             largest_reference=largest_reference,
         )
         self.sensors = self.task.sensors
+        self.fleet = Fleet.of(fleet)
         self._privileged_values: dict[str, FloatArray] = {}
         lacking = self._lacking(self.sensors)
         if lacking:

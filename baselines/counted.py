@@ -12,10 +12,14 @@ from dataclasses import fields
 from math import exp
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from baselines.baseline import Baseline
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.sensors import CHANNELS
 from drillrig_env.friction import Friction
+from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import CONTROL_PERIOD
 
@@ -30,7 +34,8 @@ class CountedLaw(Baseline):
 
     `desired_reference` gets `seen` and `privileged` so, and returns a speed reference of that kind, at most
     `drillrig_env.scales.LARGEST_REFERENCE`; beside it there are `plant`, the rig counted so, `period`, the length of a
-    control step, and `plant_slew`, the slew limit. Arguments as for `Baseline`.
+    control step, and `plant_slew`, the slew limit. `plants` are the rigs of the fleet, counted so, where the policy is
+    told which of them an episode has, and the one rig else. Arguments as for `Baseline`.
     """
 
     def __init__(
@@ -43,6 +48,9 @@ class CountedLaw(Baseline):
         super().__init__(sensors, rig, slew_limit, **others)
         scales = self.task.scales
         self.plant: Rig = scales.counted
+        fleet = self.fleet if "rig" in self.privileged else None
+        rigs = (self.rig,) if fleet is None else fleet.members(self.rig).rigs
+        self.plants = tuple(scales.count(rig) for rig in rigs)
         units = {name: scales.units[unit] for name, unit in _UNITS.items()}
         self._units = {name: unit for name, unit in units.items() if unit != 1.0}
         self._rate, self._time = scales.rate, scales.time
@@ -56,6 +64,19 @@ class CountedLaw(Baseline):
     def plant_slew(self) -> float:
         """Largest rate of the speed reference, counted in the rig's scales."""
         return self.slew_limit / self._rate
+
+    def places(self, privileged: Mapping[str, FloatArray]) -> npt.NDArray[np.intp]:
+        """Which of `plants` each episode has, shape (n,); (1,) where nothing is told, and there is the one.
+
+        `ValueError` for a rig that is not of the fleet.
+        """
+        if "rig" not in privileged:
+            return np.zeros(1, dtype=np.intp)
+        places = privileged["rig"].astype(np.intp)
+        if places.max() >= len(self.plants):
+            allowed = f"0 to {len(self.plants) - 1}, the fleet that it was made for"
+            raise refuse(type(self).__name__, "rig", int(places.max()), "", allowed)
+        return places
 
     def unit(self, name: str) -> float:
         """What a channel, or an entry of `info`, is counted in."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from math import sqrt
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,14 @@ from drillrig_env.stability import basin_depth, critical_slope, critical_speed, 
 _MEAN_TIME = 10.0  # s, of the torque's mean
 _FOLLOW = 0.15  # of the torque's oscillation: over about one cycle, so that noise is not taken for shaking
 _TWIST_RATE_TIME = 2.5  # s, of the mean square twist rate; about one stick-slip period
+
+
+class Course(NamedTuple):
+    """Where `JumpEase` goes: how low (rad/s), how high (rad/s), and how fast it comes down (rad/s^2); shape (n,)."""
+
+    floor: FloatArray
+    past_fold: FloatArray
+    rate: FloatArray
 
 
 class JumpEase(CountedLaw):
@@ -70,21 +78,25 @@ class JumpEase(CountedLaw):
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The law for the friction that it is told."""
-        friction = Friction(**privileged)
-        return self._follow(seen, friction, np.asarray(fold_speed(self.plant, friction)), memory)
+        return self._follow(seen, self._course(self.plant, Friction(**privileged), seen["speed_target"]), memory)
 
-    def _follow(
-        self, seen: Mapping[str, FloatArray], friction: Friction, fold: FloatArray, memory: FloatArray
-    ) -> FloatArray:
+    def _course(self, rig: Rig, friction: Friction, target: FloatArray, fold: FloatArray | None = None) -> Course:
+        """The course on a rig with a friction; `fold` (rad/s) where another is to be passed than theirs."""
+        if fold is None:
+            fold = np.asarray(fold_speed(rig, friction))
+        floor = np.maximum(target, critical_speed(rig, friction) + self.margin)
+        past_fold = np.fmin((1.0 + self.beyond) * np.nan_to_num(fold), LARGEST_REFERENCE)
+        rate = self.of_basin * basin_depth(rig, friction, floor) / swing_of_a_ramp(rig)
+        return Course(floor, past_fold, rate)
+
+    def _follow(self, seen: Mapping[str, FloatArray], course: Course, memory: FloatArray) -> FloatArray:
         """Up past the fold while shaking, level until calm, then down at the safe rate to the floor."""
         reference = seen["speed_reference"]
-        floor = np.maximum(seen["speed_target"], critical_speed(self.plant, friction) + self.margin)
-        past_fold = np.fmin((1.0 + self.beyond) * np.nan_to_num(fold), LARGEST_REFERENCE)
+        floor, past_fold, rate = course
         memory[:, 0] += self.followed(_TWIST_RATE_TIME) * (self._twist_rate(seen, memory[:, 2:]) ** 2 - memory[:, 0])
         oscillation = np.sqrt(memory[:, 0]) / np.maximum(reference, 0.1)
         easing = np.where(memory[:, 1] > 0, oscillation < self.shaking, oscillation < self.calm)
         memory[:, 1] = easing
-        rate = self.of_basin * basin_depth(self.plant, friction, floor) / swing_of_a_ramp(self.plant)
         lowered = reference - np.where(easing, np.minimum(rate, self.plant_slew) * self.period, 0.0)
         return np.maximum(floor, np.where(oscillation > self.shaking, np.maximum(past_fold, reference), lowered))
 

@@ -67,7 +67,8 @@ class JumpEaseEstimated(JumpEase):
         self._watch(seen, memory)
         estimates = self.estimates(memory)
         folds = [np.nan_to_num(fold_speed(self.plant, friction)) for friction in estimates]
-        return self._follow(seen, estimates[0], np.max(folds, axis=0), memory[:, :2])
+        course = self._course(self.plant, estimates[0], seen["speed_target"], np.max(folds, axis=0))
+        return self._follow(seen, course, memory[:, :2])
 
     def estimates(self, memory: FloatArray) -> list[Friction]:
         """The frictions that the torques seen so far allow, one for each decay v_b that is considered."""

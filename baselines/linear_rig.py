@@ -10,7 +10,8 @@ slope -s that stands for the weakening of the friction with speed. The design st
     z = (x - x_f, T_0, T_w, T_m),
 
 with x_f the frictionless rotation at omega* and T_m the mean torque into the string over the last control
-step, which is what a drive reports, less T_r2, which x_f carries. The speed reference is held over a step, so
+step, which is what a drive reports, less T_r2, which x_f carries. A drive that takes the rig for another reports what
+`drillrig_env.model.estimate_of_torque` says, and T_m is that. The speed reference is held over a step, so
 the sampled model is exact.
 """
 
@@ -23,7 +24,14 @@ import numpy as np
 from scipy.linalg import expm, solve_discrete_are
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.model import STATE_NAMES, friction_input, frictionless_state, jacobian, torque_into_string
+from drillrig_env.model import (
+    STATE_NAMES,
+    estimate_of_torque,
+    friction_input,
+    frictionless_state,
+    jacobian,
+    torque_into_string,
+)
 from drillrig_env.rig import Rig
 from drillrig_env.scales import CONTROL_PERIOD
 
@@ -39,12 +47,14 @@ class LinearRig:
     """z(k+1) = transition z(k) + input r(k), with r = omega_ref - omega* held over the step.
 
     `slope` is s in N m s/rad, `forgotten` the time in s within which T_w is forgotten, `period` that of a step in s.
+    `nominal` is the rig that the drive takes it for, None the rig itself.
     """
 
     rig: Rig
     slope: float
     forgotten: float
     period: float = CONTROL_PERIOD
+    nominal: Rig | None = None
     transition: FloatArray = field(init=False)  # (SIZE, SIZE)
     input: FloatArray = field(init=False)  # (SIZE,)
 
@@ -53,13 +63,20 @@ class LinearRig:
         rates[:7, :7] = jacobian(self.rig, -self.slope)
         rates[:7, LEVEL] = rates[:7, FLUCTUATION] = friction_input(self.rig)
         rates[FLUCTUATION, FLUCTUATION] = -1.0 / self.forgotten
-        rates[MEAN_TORQUE, :7] = torque_into_string(self.rig, np.eye(7)) / self.period
         rates[:7, SIZE] = -jacobian(self.rig) @ self.per_speed
+        gain, per_speed, per_rate, _ = self._estimated
+        rates[MEAN_TORQUE, :7] = gain * torque_into_string(self.rig, np.eye(7)) / self.period
+        rates[MEAN_TORQUE, 4] += per_speed / self.period
+        rates[MEAN_TORQUE] += per_rate / self.period * rates[4]
         sampled = expm(rates * self.period)
         transition = sampled[:SIZE, :SIZE].copy()
         transition[:, MEAN_TORQUE] = 0.0  # each step's mean begins anew
         object.__setattr__(self, "transition", transition)
         object.__setattr__(self, "input", sampled[:SIZE, SIZE].copy())
+
+    @property
+    def _estimated(self) -> tuple[float, float, float, float]:
+        return estimate_of_torque(self.rig, self.nominal or self.rig)
 
     @property
     def per_speed(self) -> FloatArray:
@@ -71,7 +88,7 @@ class LinearRig:
         """How z in steady rotation at omega* grows with T_0, shape (SIZE,)."""
         rig = self.rig
         z = np.zeros(SIZE)
-        z[0], z[1], z[LEVEL], z[MEAN_TORQUE] = -1.0 / rig.k_1, -1.0 / rig.k_2, 1.0, 1.0
+        z[0], z[1], z[LEVEL], z[MEAN_TORQUE] = -1.0 / rig.k_1, -1.0 / rig.k_2, 1.0, self._estimated[0]
         z[5] = 1.0 / (rig.eta * rig.K_T)
         z[6] = rig.R * z[5] / rig.k_i
         return z
@@ -86,15 +103,6 @@ class LinearRig:
         else:
             row[STATE_NAMES.index(channel)] = 1.0
         return row, through
-
-    def without_friction(self, channel: str, speed: FloatArray) -> FloatArray:
-        """What a channel shows in frictionless rotation at `speed` (rad/s)."""
-        x = frictionless_state(self.rig, speed)
-        if channel == "voltage":
-            return np.asarray(self.rig.k_i * x[..., 6])
-        if channel == "string_torque":
-            return torque_into_string(self.rig, x)
-        return np.asarray(x[..., STATE_NAMES.index(channel)])
 
     def filter_gain(self, channels: tuple[str, ...], noise: FloatArray, level: float, fluctuation: float) -> FloatArray:
         """Gain of the steady-state Kalman filter, shape (SIZE, channels): z += gain (measured - expected).
@@ -132,6 +140,20 @@ class LinearRig:
         full = np.zeros(SIZE + 1)
         full[[*kept, SIZE]] = gain[0]
         return full
+
+
+def without_friction(rig: Rig, nominal: Rig, channel: str, speed: FloatArray) -> FloatArray:
+    """What a channel shows in frictionless rotation at `speed` (rad/s), shape (n,), with a drive of the nominal rig.
+
+    `rig` may be several, one for each speed, as `drillrig_env.fleet.side_by_side` has them.
+    """
+    x = frictionless_state(rig, speed)
+    if channel == "voltage":
+        return np.asarray(rig.k_i * x[..., 6])
+    if channel == "string_torque":
+        gain, per_speed, _, offset = estimate_of_torque(rig, nominal)
+        return np.asarray(gain * torque_into_string(rig, x) + per_speed * speed + offset)
+    return np.asarray(x[..., STATE_NAMES.index(channel)])
 
 
 def gain_of(covariance: FloatArray, rows: FloatArray, noise: FloatArray) -> FloatArray:

@@ -10,12 +10,14 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from baselines.counted import CountedLaw
-from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of
+from baselines.linear_rig import LEVEL, MEASURED, SIZE, LinearRig, applied, gain_of, without_friction
 from baselines.tuned import tuned_values
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.sensors import LONGEST_DELAY
+from drillrig_env.fleet import side_by_side
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES, frictionless_state
 from drillrig_env.parameters import refuse
@@ -28,7 +30,7 @@ _SLOPES = np.geomspace(0.002, 0.25, 32)
 _STEP, _OFFSET, _SHAKING, _PAST = SIZE, SIZE + 1, SIZE + 2, SIZE + 3
 """Columns of memory after the estimate: steps done, set point less target, mean square twist rate, past references."""
 
-_TWIST_RATE_TIME = 2.5  # s, of that mean; about one stick-slip period
+TWIST_RATE_TIME = 2.5  # s, of that mean; about one stick-slip period
 _LEAST_NOISE = 0.01  # of an exact channel, as a share of its scale
 _FIRST_SPREAD = (0.3, 0.8, 3.0, 3.0, 0.5, 0.3, 0.1)  # of the states at first, for all that is known
 _FIRST_LEVEL, _FIRST_LEVEL_SPREAD = 0.3, 0.5  # of the friction torque, N m
@@ -102,7 +104,9 @@ class LQG(CountedLaw):
         if not 0 <= self.delay <= LONGEST_DELAY:
             raise refuse("LQG", "delay", self.delay, "control steps", f"0 to {LONGEST_DELAY}")
         self.measured = tuple(name for name in MEASURED if name in self.sensors.names)
-        models = [LinearRig(self.plant, slope, forgotten, self.period) for slope in _SLOPES]
+        models = [
+            LinearRig(plant, slope, forgotten, self.period, self.plant) for plant in self.plants for slope in _SLOPES
+        ]
         channels = {channel.name: channel for channel in self.sensors.channels}
         shown = [channels[name] for name in self.measured]
         noise = np.array(
@@ -111,19 +115,28 @@ class LQG(CountedLaw):
         self._design(models, noise, gains)
 
     def _design(self, models: list[LinearRig], noise: FloatArray, gains: Mapping[str, float]) -> None:
-        """Model, filter and feedback for every slope; and the gain that makes an estimate of the first measurement."""
-        self.model = models[0]
+        """Model, filter and feedback for every slope of every rig, one rig after another.
+
+        And for every rig the gain that makes an estimate of the first measurement.
+        """
+        self._rigs = side_by_side(self.plants)
         self._transition = np.stack([model.transition for model in models])
         self._input = np.stack([model.input for model in models])
         self._filter = np.stack(
             [model.filter_gain(self.measured, noise, gains["level"], gains["fluctuation"]) for model in models]
         )
         self._feedback = np.stack([model.feedback_gain(gains["twisting"], gains["effort"]) for model in models])
-        rows, through = zip(*(self.model.measurement(name) for name in self.measured), strict=True)
-        self._rows, self._through = np.stack(rows), np.array(through)
-        by_level = _FIRST_LEVEL_SPREAD * self.model.per_level
-        spread = np.diag([*np.square(_FIRST_SPREAD), 0.0, 0.0, 0.01]) + np.outer(by_level, by_level)
-        self._first = gain_of(spread, self._rows, np.diag(noise**2))
+        each = models[:: len(_SLOPES)]
+        self._per_speed = np.stack([model.per_speed for model in each])
+        self._per_level = np.stack([model.per_level for model in each])
+        self._rows = np.stack([[model.measurement(name)[0] for name in self.measured] for model in each])
+        self._through = np.array([[model.measurement(name)[1] for name in self.measured] for model in each])
+        first = []
+        for rows, per_level in zip(self._rows, self._per_level, strict=True):
+            by_level = _FIRST_LEVEL_SPREAD * per_level
+            spread = np.diag([*np.square(_FIRST_SPREAD), 0.0, 0.0, 0.01]) + np.outer(by_level, by_level)
+            first.append(gain_of(spread, rows, np.diag(noise**2)))
+        self._first = np.stack(first)
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
@@ -131,13 +144,14 @@ class LQG(CountedLaw):
         """The reference so far and the change that the feedback asks for."""
         set_point = seen["speed_target"] + memory[:, _OFFSET]
         reference = seen["speed_reference"] - set_point
-        gains = self._scheduled(memory[:, LEVEL], set_point)
-        z = self._estimate(seen, memory, set_point, reference, gains)
-        move = self._move_set_point(z, memory, set_point, gains)
-        z[:, :7] -= self.model.per_speed * move[:, None]
+        places = self.places(privileged)
+        gains = self._scheduled(memory[:, LEVEL], set_point, self._law(privileged))
+        z = self._estimate(seen, memory, set_point, reference, gains, places)
+        move = self._move_set_point(z, memory, set_point, gains, places)
+        z[:, :7] -= self._per_speed[places] * move[:, None]
         z[:, LEVEL] -= _SLOPES[gains] * move
-        deviation = np.column_stack([z - z[:, LEVEL, None] * self.model.per_level, reference - move])
-        change = -(self._feedback[gains] * deviation).sum(axis=-1)
+        deviation = np.column_stack([z - z[:, LEVEL, None] * self._per_level[places], reference - move])
+        change = -(self._feedback[_entries(places, gains)] * deviation).sum(axis=-1)
         return np.asarray(seen["speed_reference"] + move + change)
 
     def estimate(self, state: tuple[np.ndarray, ...], speed_target: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -148,14 +162,18 @@ class LQG(CountedLaw):
         memory = state[0]
         set_point = np.asarray(speed_target) / self.unit("speed_target") + memory[:, _OFFSET]
         units = np.array([self.unit(name) for name in STATE_NAMES])
-        states = frictionless_state(self.plant, set_point) + memory[:, :7]
+        rigs = self._rigs[self.places(self._privileged_values)]
+        states = frictionless_state(rigs, set_point) + memory[:, :7]
         return states * units, memory[:, LEVEL] * self.unit("string_torque")
 
-    def _scheduled(self, level: FloatArray, speed: FloatArray) -> np.ndarray:
-        """Which of _SLOPES is nearest to `share` times that of the chapter's law with the torque `level` at `speed`."""
-        one_newton = Friction(1.0)
-        force = np.maximum(level, 0.0) / np.asarray(one_newton.torque(self.plant, speed))
-        slope = -self.share * force * np.asarray(one_newton.slope(self.plant, speed))
+    def _law(self, privileged: Mapping[str, FloatArray]) -> Friction:
+        """The law by which friction is taken to fall with speed, at any force: the chapter's."""
+        return Friction(1.0)
+
+    def _scheduled(self, level: FloatArray, speed: FloatArray, law: Friction) -> np.ndarray:
+        """Which of _SLOPES is nearest to `share` times that of the law with the torque `level` at `speed`."""
+        force = np.maximum(level, 0.0) / np.asarray(law.torque(self.plant, speed))
+        slope = -self.share * force * np.asarray(law.slope(self.plant, speed))
         ratio = np.log(_SLOPES[1] / _SLOPES[0])
         nearest = np.rint(np.log(np.maximum(slope, _SLOPES[0]) / _SLOPES[0]) / ratio)
         return np.asarray(np.minimum(nearest, len(_SLOPES) - 1).astype(int))
@@ -167,6 +185,7 @@ class LQG(CountedLaw):
         set_point: FloatArray,
         reference: FloatArray,
         gains: np.ndarray,
+        places: npt.NDArray[np.intp],
     ) -> FloatArray:
         """Filter the measurement, which is `delay` steps old, and reckon on from there with the known references."""
         done, past = memory[:, _STEP].copy(), memory[:, _PAST : _PAST + self.delay + 1]
@@ -174,15 +193,16 @@ class LQG(CountedLaw):
         past[:, -1] = reference
         past[done == 0] = reference[done == 0, None]
         first, waiting = (done == 0)[:, None], ((done > 0) & (done <= self.delay))[:, None]
-        transition, by_reference = self._transition[gains], self._input[gains]
-        shown = [seen[name] - self.model.without_friction(name, set_point) for name in self.measured]
+        design, rigs = _entries(places, gains), self._rigs[places]
+        transition, by_reference = self._transition[design], self._input[design]
+        shown = [seen[name] - without_friction(rigs, self.plant, name, set_point) for name in self.measured]
         expected = np.where(
             first,
-            _FIRST_LEVEL * self.model.per_level,
+            _FIRST_LEVEL * self._per_level[places],
             applied(transition, memory[:, :SIZE]) + by_reference * past[:, :1],
         )
-        news = np.stack(shown, axis=-1) - applied(self._rows, expected) - self._through * past[:, :1]
-        z = expected + np.where(first, applied(self._first, news), applied(self._filter[gains], news))
+        news = np.stack(shown, axis=-1) - applied(self._rows[places], expected) - self._through[places] * past[:, :1]
+        z = expected + np.where(first, applied(self._first[places], news), applied(self._filter[design], news))
         z = np.where(waiting, memory[:, :SIZE], z)  # the first measurement is all that is seen until the second arrives
         memory[:, :SIZE] = z
         memory[:, _STEP] += 1.0
@@ -192,17 +212,39 @@ class LQG(CountedLaw):
         return z.copy()
 
     def _move_set_point(
-        self, z: FloatArray, memory: FloatArray, set_point: FloatArray, gains: np.ndarray
+        self,
+        z: FloatArray,
+        memory: FloatArray,
+        set_point: FloatArray,
+        gains: np.ndarray,
+        places: npt.NDArray[np.intp],
     ) -> FloatArray:
         """Up while shaking, otherwise down to the target; returns the move (rad/s) and puts the memory about it."""
-        shaking = np.sqrt(memory[:, _SHAKING]) / set_point
-        memory[:, _SHAKING] += self.followed(_TWIST_RATE_TIME) * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, _SHAKING])
-        rate = np.where(shaking > self.shaking, self.rise, -self.ease)
-        room = np.maximum(_HIGHEST_SET_POINT - set_point, 0.0)
-        move = np.clip(rate * self.period, -memory[:, _OFFSET], room)
-        move[memory[:, _STEP] * self.period < _WAIT] = 0.0
+        is_shaking = np.sqrt(memory[:, _SHAKING]) / set_point > self.shaking
+        memory[:, _SHAKING] += self.followed(TWIST_RATE_TIME) * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, _SHAKING])
+        rate = np.where(is_shaking, self.rise, -self.ease)
+        wanted, time = rate * self.period, memory[:, _STEP] * self.period
+        move = move_of_set_point(wanted, set_point, memory[:, _OFFSET], time, _HIGHEST_SET_POINT)
         memory[:, _OFFSET] += move
-        memory[:, :7] -= self.model.per_speed * move[:, None]
+        memory[:, :7] -= self._per_speed[places] * move[:, None]
         memory[:, LEVEL] -= _SLOPES[gains] * move
         memory[:, _PAST : _PAST + self.delay + 1] -= move[:, None]
         return move
+
+
+def move_of_set_point(
+    wanted: FloatArray, set_point: FloatArray, offset: FloatArray, time: FloatArray, highest: float
+) -> FloatArray:
+    """By what a set point moves that is to move by `wanted`, and is `offset` above the target; all rad/s, shape (n,).
+
+    No lower than the target, no higher than `highest`, and not before there is a verdict on shaking; `time` is that
+    since the episode began, s.
+    """
+    move = np.clip(wanted, -offset, np.maximum(highest - set_point, 0.0))
+    move[time < _WAIT] = 0.0
+    return np.asarray(move)
+
+
+def _entries(places: npt.NDArray[np.intp], gains: np.ndarray) -> npt.NDArray[np.intp]:
+    """Where the design for some rigs and slopes is among those for all."""
+    return np.asarray(places * len(_SLOPES) + gains)

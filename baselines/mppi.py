@@ -103,7 +103,7 @@ class MPPI(CountedLaw):
                 raise refuse("MPPI", name, value, "", "> 0")
         self.temperature = temperature
         self.threads = threads
-        self.feedback = SetPointFeedback(self.plant, effort, self.period)
+        self.feedback = SetPointFeedback([self.plant], effort, self.period)
         self._noises = _coloured(np.random.default_rng(seed), samples, spread)
         self._core: EpisodeBatch | None = None
         self._delay = np.zeros(1, dtype=int)

@@ -6,17 +6,21 @@ of LQ gains over the slope serves every load, friction and speed:
     change of omega_ref in a control step = - gain(slope) (z - z_steady),   z = (x, omega_ref),
 
 with the gain that is least in the sum of (x_3 - set-point)^2 + effort (change of omega_ref)^2 for the
-sampled model. It holds rotation below omega_c too, where the bare drive cannot.
+sampled model. It holds rotation below omega_c too, where the bare drive cannot. Rigs of a fleet have such a family
+each.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 from scipy.linalg import expm, solve_discrete_are
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.fleet import side_by_side
 from drillrig_env.friction import Friction
 from drillrig_env.model import jacobian, state_equations, steady_state
 from drillrig_env.rig import Rig
@@ -27,35 +31,35 @@ SIZE = 8
 """Length of z: the 7 states and the speed reference."""
 
 _STEEPEST = 64.0  # largest slope of the table, in critical slopes; steeper friction gets its gain
-_ENTRIES = 161
 _REGULAR = 1e-6  # weight of all of z beside the bit speed, so that the Riccati equation has a solution
 
 
 class SetPointFeedback:
-    """Gains and levels of the feedback at any set-point, each `period` (s).
+    """Gains and levels of the feedback of some rigs at any set-point, each `period` (s).
 
-    `effort` weighs the squared change of omega_ref.
+    `effort` weighs the squared change of omega_ref; `entries` are the slopes between which gains are interpolated.
     """
 
-    def __init__(self, rig: Rig, effort: float, period: float = CONTROL_PERIOD) -> None:
-        self.rig = rig
-        self.table = _gains(rig, effort, period)
-        self._steepest = _STEEPEST * abs(critical_slope(rig))
+    def __init__(self, rigs: Sequence[Rig], effort: float, period: float = CONTROL_PERIOD, entries: int = 161) -> None:
+        self.rigs = side_by_side(rigs)
+        self.tables = np.stack([_gains(rig, effort, period, entries) for rig in rigs])
+        self._steepest = np.array([_STEEPEST * abs(critical_slope(rig)) for rig in rigs])
 
-    def at(self, friction: Friction, set_point: FloatArray) -> FloatArray:
-        """The feedback at set-points (rad/s) of shape s; shape (*s, SIZE + 1).
+    def at(self, friction: Friction, set_point: FloatArray, places: int | npt.NDArray[np.intp] = 0) -> FloatArray:
+        """The feedback at set-points (rad/s) of shape s, for the rigs at `places`; shape (*s, SIZE + 1).
 
         The first SIZE columns are the gain, the last one the level: the wanted change of omega_ref
-        is level - gain z. The friction's fields broadcast with the set-points.
+        is level - gain z. The friction's fields and the places broadcast with the set-points.
         """
-        place = np.sqrt(np.clip(-np.asarray(friction.slope(self.rig, set_point)) / self._steepest, 0.0, 1.0))
-        place *= _ENTRIES - 1
-        below = np.minimum(place.astype(int), _ENTRIES - 2)
+        rigs, last = self.rigs[places], self.tables.shape[1] - 1
+        place = np.sqrt(np.clip(-np.asarray(friction.slope(rigs, set_point)) / self._steepest[places], 0.0, 1.0))
+        place *= last
+        below = np.minimum(place.astype(int), last - 1)
         share = (place - below)[..., None]
         found = np.empty((*np.shape(set_point), SIZE + 1))
         gain = found[..., :SIZE]
-        gain[...] = (1.0 - share) * self.table[below] + share * self.table[below + 1]
-        steady = steady_state(self.rig, friction, set_point)
+        gain[...] = (1.0 - share) * self.tables[places, below] + share * self.tables[places, below + 1]
+        steady = steady_state(rigs, friction, set_point)
         found[..., SIZE] = (gain[..., :7] * steady).sum(axis=-1) + gain[..., 7] * set_point
         return found
 
@@ -71,13 +75,13 @@ def wanted_change(feedback: FloatArray, states: FloatArray, reference: FloatArra
     return np.asarray(change)
 
 
-@lru_cache(maxsize=8)
-def _gains(rig: Rig, effort: float, period: float) -> FloatArray:
-    """Gains for friction slopes from 0 down to the steepest, at even steps of the slope's root; (_ENTRIES, SIZE)."""
-    slopes = -_STEEPEST * abs(critical_slope(rig)) * np.linspace(0.0, 1.0, _ENTRIES) ** 2
+@lru_cache(maxsize=512)
+def _gains(rig: Rig, effort: float, period: float, entries: int) -> FloatArray:
+    """Gains for friction slopes from 0 down to the steepest, at even steps of the slope's root; (entries, SIZE)."""
+    slopes = -_STEEPEST * abs(critical_slope(rig)) * np.linspace(0.0, 1.0, entries) ** 2
     cost = _REGULAR * np.eye(SIZE)
     cost[2, 2] = 1.0
-    table = np.empty((_ENTRIES, SIZE))
+    table = np.empty((entries, SIZE))
     for i, slope in enumerate(slopes):
         transition, by_change = _sampled(rig, float(slope), period)
         price = solve_discrete_are(transition, by_change, cost, np.array([[effort]]))

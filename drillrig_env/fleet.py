@@ -158,6 +158,16 @@ FleetLike: TypeAlias = Fleet | Mapping[str, Any] | Sequence[RigLike] | None
 """What `Fleet.of` takes."""
 
 
+def side_by_side(rigs: Sequence[Rig]) -> Any:
+    """The parameters of rigs with the attributes of a `Rig`, each an array of shape (rigs,).
+
+    The functions of `drillrig_env.model` take them, and what is chosen of them by index, as they take a rig.
+    """
+    names = [item.name for item in fields(Rig)]
+    rows = [tuple(getattr(rig, name) for name in names) for rig in rigs]
+    return np.array(rows, dtype=[(name, "f8") for name in names]).view(np.recarray)
+
+
 def with_gains_of(rig: Rig, nominal: Rig) -> Rig:
     """The rig with the gains of the nominal one's drive."""
     return replace(rig, **{name: getattr(nominal, name) for name in _OF_THE_DRIVE})

@@ -177,6 +177,22 @@ def torque_into_string(rig: Rig, state: FloatArray) -> FloatArray:
     return np.asarray(-(rig.k_2 * x[..., 1] + rig.d_2 * (x[..., 3] - x[..., 4])))
 
 
+def estimate_of_torque(rig: Rig, nominal: Rig) -> tuple[float, float, float, float]:
+    """What the drive of a rig makes of the torque into the string (N m) where it takes the rig for the nominal one.
+
+    It is eta K_T x_6 - eta^2 C_m x_5 - eta T_f - J_3 dx_5/dt of the nominal rig: a gain times that torque, so much for
+    each rad/s of x_5 (N m s/rad), for each rad/s^2 of its rate (N m s^2/rad), and an offset (N m). 1 and zeros where
+    the rig is the nominal one.
+    """
+    gain = (nominal.eta * nominal.K_T) / (rig.eta * rig.K_T)
+    return (
+        gain,
+        gain * (rig.eta**2 * rig.C_m) - nominal.eta**2 * nominal.C_m,
+        gain * rig.J_3 - nominal.J_3,
+        gain * (rig.eta * rig.T_f) - nominal.eta * nominal.T_f,
+    )
+
+
 def stored_energy(rig: Rig, state: FloatArray) -> FloatArray:
     """Mechanical energy of discs, motor inertia and shafts, in J; `state` of shape (..., 7), result (...)."""
     x = np.asarray(state)

@@ -181,7 +181,11 @@ class Scales:
         Its angles are counted in `angle`, its currents and voltages in `current_swing` and `voltage_swing`. For a rig
         that is the chapter's scaled, it is the chapter's.
         """
-        rig, stiffness, volt = self.rig, self.torque / self.angle, self.voltage_swing
+        return self.count(self.rig)
+
+    def count(self, rig: Rig) -> Rig:
+        """Another rig, one of a fleet around this one, with its parameters counted in these scales."""
+        stiffness, volt = self.torque / self.angle, self.voltage_swing
         damping, inertia = stiffness * self.time, stiffness * self.time**2
         return replace(
             rig,

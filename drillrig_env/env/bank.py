@@ -7,7 +7,7 @@ for by themselves, kept for as long as an episode has them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
 
@@ -17,7 +17,8 @@ import numpy.typing as npt
 from drillrig_env.allowed import Allowed
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
-from drillrig_env.fleet import Members, of_one, with_gains_of
+from drillrig_env.fleet import Members, of_one, side_by_side, with_gains_of
+from drillrig_env.model import estimate_of_torque
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.tables import Tables, build_tables, step_tables
@@ -67,7 +68,7 @@ class RigBank:
 
         They are arrays with one entry for each of `indices`, or numbers where there is one rig only.
         """
-        return self.rigs[0] if len(self.rigs) == 1 else self._columns[indices].view(np.recarray)
+        return self.rigs[0] if len(self.rigs) == 1 else self._columns[indices]
 
     def read(self, asked: Any, episodes: int) -> list[int | Rig]:
         """Which rig each of some episodes is to have, as a reset is told: by its index in the fleet, or by itself.
@@ -115,10 +116,8 @@ class RigBank:
         return with_gains_of(Rig.of(asked), self.nominal)
 
     @cached_property
-    def _columns(self) -> np.ndarray:
-        names = [item.name for item in fields(Rig)]
-        rows = [tuple(getattr(rig, name) for name in names) for rig in self.rigs]
-        return np.array(rows, dtype=[(name, "f8") for name in names])
+    def _columns(self) -> Any:
+        return side_by_side(self.rigs)
 
 
 def _members_of(task: Task) -> Members:
@@ -141,14 +140,6 @@ def _tables(rigs: tuple[Rig, ...], period: float, drive: Drive | None) -> Tables
 
 
 def _plant(rig: Rig, nominal: Rig, drive: Drive | None, period: float) -> tuple[float, ...]:
-    """What the drive takes for the torque is eta K_T i - eta^2 C_m x_5 - eta T_f - J_3 dx_5/dt of the nominal rig."""
-    gain = (nominal.eta * nominal.K_T) / (rig.eta * rig.K_T)
-    return (
-        rig.r_1,
-        rig.omega_s,
-        0.0 if drive is None else drive.compensation(rig),
-        gain,
-        gain * (rig.eta**2 * rig.C_m) - nominal.eta**2 * nominal.C_m,
-        (gain * rig.J_3 - nominal.J_3) / period,
-        gain * (rig.eta * rig.T_f) - nominal.eta * nominal.T_f,
-    )
+    gain, per_speed, per_rate, offset = estimate_of_torque(rig, nominal)
+    compensation = 0.0 if drive is None else drive.compensation(rig)
+    return rig.r_1, rig.omega_s, compensation, gain, per_speed, per_rate / period, offset

@@ -34,14 +34,15 @@ class Contestant:
     `members` make the policy for a suite, by training seed; "" is the seed of what is not trained. A
     policy is made anew for each suite, since its action is a share of the suite's slew limit. `env` holds
     the arguments of the environment, the sensors among them, and `about` what tells this policy from a
-    changed one of the same name. `privileged` and `drive` are what it is told beyond the sensors, and
-    how it sets the drive.
+    changed one of the same name. `privileged`, `exact` and `drive` are what it is told beyond the sensors, whether it
+    is shown its channels without noise and delay, and how it sets the drive.
     """
 
     name: str
     members: Mapping[str, Callable[[Suite], Policy]]
     env: Mapping[str, Any]
     privileged: tuple[str, ...] = ()
+    exact: bool = False
     drive: Drive | None = None
     about: Mapping[str, Any] = field(default_factory=dict)
 
@@ -50,6 +51,7 @@ class Contestant:
         return {
             "sensors": self.env["sensors"],
             "privileged": list(self.privileged),
+            **({"exact": True} if self.exact else {}),
             "drive": None if self.drive is None else self.drive.as_dict(),
             "seeds": list(self.members),
             **self.about,

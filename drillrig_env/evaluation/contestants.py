@@ -18,6 +18,7 @@ from drillrig_env.policy import (
     channels_of,
     drive_of,
     find_policy,
+    is_exact,
     policy_names,
     privileged_of,
 )
@@ -92,15 +93,16 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
 
     `conditions` may be an environment's id, for its standard ones. The policy is made once here, so that one that
     cannot be made is known early. `ValueError` where the environment's sensors do not show what the policy
-    must see; beyond it, whatever the policy itself raises.
+    must see, unless it is exact; beyond it, whatever the policy itself raises.
     """
     label = label or source.name
     held = Conditions.named(conditions)
     shown = held.sensors
     context = {"sensors": shown.name, "rig": held.rig, "largest_reference": held.largest_reference}
     made = [source.make(seed, **context, slew_limit=SLEW_LIMIT * held.scales.rate) for seed in source.makers]
-    sees = channels_of(made[0])
-    if missing := [channel for channel in sees or () if channel not in shown.names]:
+    sees, exact = channels_of(made[0]), is_exact(made[0])
+    missing = [channel for channel in sees or () if channel not in shown.names]
+    if missing and not exact:
         raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show")
     env = held.arguments
     if sees is not None and sees != shown.names:
@@ -109,11 +111,11 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     about = dict(source.about)
     if about.get("kind") != "run":
         about["parameters"] = _parameters(made[0])
-    return Contestant(label, members, env, privileged_of(made[0]), drive_of(made[0]), about)
+    return Contestant(label, members, env, privileged_of(made[0]), exact, drive_of(made[0]), about)
 
 
 def _for_suite(source: PolicySource, seed: str, context: Mapping[str, Any], suite: Suite) -> Policy:
-    return source.make(seed, **context, slew_limit=suite.slew_limit)
+    return source.make(seed, **context, slew_limit=suite.slew_limit, fleet=suite.scenario.rigs)
 
 
 def _parameters(policy: Policy) -> Mapping[str, int | float | str]:

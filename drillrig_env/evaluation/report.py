@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 
 from drillrig_env import markdown
-from drillrig_env.evaluation.results import MARKS, label
+from drillrig_env.evaluation.results import MARKS, SOFT, TOLD, label
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import (
     DIFFERENCES,
@@ -38,18 +38,38 @@ def difference_rows(results: Mapping[str, Scores], reference: str) -> dict[str, 
     }
 
 
+def grouped(policies: Iterable[str], marks: Mapping[str, str]) -> dict[str, list[str]]:
+    """Policies that are alike in what they may do, by what that is in words, each in their order.
+
+    First those that see what a rig shows and move the speed reference, "" in words; then those that set the drive's
+    gains as well; last those that are told what the sensors do not show.
+    """
+    groups: dict[str, list[str]] = {"": [], "with the drive's gains": [], "told what the sensors do not show": []}
+    plain, soft, told = groups.values()
+    for policy in policies:
+        mark = marks.get(policy, "")
+        (told if TOLD in mark else soft if SOFT in mark else plain).append(policy)
+    return {words: members for words, members in groups.items() if members}
+
+
 def markdown_table(table: Table, found: Mapping[str, Row], marks: Mapping[str, str], first: str = "policy") -> str:
-    """A table in Markdown, a row a policy under the heading `first`; intervals at 95 % behind the values."""
+    """A table in Markdown, a row a policy under the heading `first`; intervals at 95 % behind the values.
+
+    Policies stand in their groups, each but the first under a line that says what it is.
+    """
     lines = []
-    for policy, row in found.items():
-        cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
-        texts = [f"{value} ({interval.replace(' ', ' to ')})" if interval else value for value, interval in cells]
-        lines.append([label(policy, marks), *texts])
+    for words, policies in grouped(found, marks).items():
+        if words:
+            lines.append([f"*{words}*", *("" for _ in table.columns)])
+        for policy in policies:
+            cells = [cell(found[policy][column.heading], column.digits, table.signed) for column in table.columns]
+            texts = [f"{value} ({interval.replace(' ', ' to ')})" if interval else value for value, interval in cells]
+            lines.append([label(policy, marks), *texts])
     return markdown.table([first, *table.headings], lines)
 
 
 def print_table(title: str, table: Table, found: Mapping[str, Row], marks: Mapping[str, str]) -> None:
-    """Print a table in the terminal, intervals below the values; needs `rich`, of the extra `agents`."""
+    """Print a table in the terminal, groups apart, intervals below the values; needs `rich`, of the extra `agents`."""
     from rich.console import Console
     from rich.table import Table as Grid
 
@@ -67,9 +87,12 @@ def print_table(title: str, table: Table, found: Mapping[str, Row], marks: Mappi
     grid.add_column("policy", no_wrap=True)
     for column in table.columns:
         grid.add_column(column.heading, justify="right", no_wrap=True)
-    for policy, row in found.items():
-        cells = [cell(row[column.heading], column.digits, table.signed) for column in table.columns]
-        grid.add_row(label(policy, marks), *("\n".join(parts) for parts in cells))
+    for words, policies in grouped(found, marks).items():
+        if words:
+            grid.add_row()
+        for policy in policies:
+            cells = [cell(found[policy][column.heading], column.digits, table.signed) for column in table.columns]
+            grid.add_row(label(policy, marks), *("\n".join(parts) for parts in cells))
     console = Console(highlight=False)
     console.width = max(console.width, _WIDTH)
     console.print(grid)

@@ -94,12 +94,13 @@ class Results:
         the drive's gains.
         """
         about = self.config.get("policies", {})
-        return {name: TOLD * bool(of.get("privileged")) + SOFT * bool(of.get("drive")) for name, of in about.items()}
+        return {name: TOLD * self.privileged[name] + SOFT * bool(of.get("drive")) for name, of in about.items()}
 
     @property
     def privileged(self) -> dict[str, bool]:
-        """Whether a policy is told what the sensors do not show."""
-        return {name: bool(about.get("privileged")) for name, about in self.config.get("policies", {}).items()}
+        """Whether a policy is told, or shown, what the sensors do not show."""
+        about = self.config.get("policies", {})
+        return {name: bool(of.get("privileged") or of.get("exact")) for name, of in about.items()}
 
     @property
     def rows(self) -> str:

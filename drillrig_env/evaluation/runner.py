@@ -17,7 +17,7 @@ from drillrig_env.env.task import Task
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
-from drillrig_env.policy import Policy, drive_of, privileged_of
+from drillrig_env.policy import Policy, channels_of, drive_of, is_exact, privileged_of
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.finite import NotFiniteError
 
@@ -105,9 +105,12 @@ def run(
     """Let a policy face every rig of a suite, all at once, for one episode each.
 
     `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
-    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`.
+    `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`. An exact policy is shown
+    its own channels without noise and delay.
     """
     arguments = {**env, **suite.env, "drive": drive_of(policy)}
+    if is_exact(policy):
+        sensors, arguments = channels_of(policy) or (), {**arguments, "noise": 0.0, "delay": 0}
     core = EpisodeBatch(suite.rigs, rig=rig, scenario=suite.scenario, sensors=sensors, threads=threads, **arguments)
     uniforms = first_uniforms(suite.first_seed, suite.rigs)
     first = 0

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import Actions, Observations
-from drillrig_env.policy.contract import Memory, Policy, channels_of, drive_of, privileged_of
+from drillrig_env.policy.contract import Memory, Policy, channels_of, drive_of, is_exact, privileged_of
 from drillrig_env.policy.finding import find_policy
 from drillrig_env.scales import Scales
 
@@ -17,7 +17,13 @@ _RIGS, _STEPS, _CHANNELS = 6, 8, 12
 _ROUNDING = 1e-5
 """What an action may differ by with a rig's company: a network sums in another order in another batch."""
 
-_TOLD = {"normal_force": (5.0, 30.0), "mu_s": (0.45, 0.55), "mu_k": (0.28, 0.34), "v_b": (0.8, 1.2)}
+_TOLD = {
+    "normal_force": (5.0, 30.0),
+    "mu_s": (0.45, 0.55),
+    "mu_k": (0.28, 0.34),
+    "v_b": (0.8, 1.2),
+    "rig": (0.0, 0.0),
+}
 _OTHERS = (1.0, 4.0)
 """What may be told, on the chapter's rig."""
 
@@ -55,6 +61,7 @@ class _Trial:
             for name in privileged_of(policy)
         }
         drive_of(policy)
+        is_exact(policy)
 
     def run(self) -> None:
         everyone = np.arange(_RIGS)

@@ -5,11 +5,14 @@
 | `predict(observation, state, episode_start, deterministic)` | actions, and its next state | no policy |
 | `sensors` | channels that it must be shown, or the name of a set of them | it takes what it is shown |
 | `privileged`, `tell(info)` | entries of `info` that it must be told before each `predict` | it is told nothing |
+| `exact` | it is shown its channels without noise and delay, whatever the sensors | it sees what they show |
 | `drive` | the `Drive` that it asks for | the rig's own drive |
 | `slow` | an episode takes minutes rather than seconds | it is quick |
 
-A class or function that makes policies gets, by keyword, those of `sensors`, `rig`, `slew_limit`, `control_period` and
-`largest_reference` that it names: what belongs to the task that it acts in (see `drillrig_env.env.task.Task`).
+A class or function that makes policies gets, by keyword, those of `sensors`, `rig`, `slew_limit`, `control_period`,
+`largest_reference` and `fleet` that it names: what belongs to the task that it acts in (see
+`drillrig_env.env.task.Task`). `fleet` is that of the scenario, None where all episodes have the one rig; a policy that
+is told "rig" is told which of its members each episode has.
 """
 
 from __future__ import annotations
@@ -72,6 +75,21 @@ def privileged_of(policy: Any) -> tuple[str, ...]:
     if names and not callable(getattr(policy, "tell", None)):
         raise TypeError(f"{type(policy).__name__} must be told {', '.join(names)}, and has no tell(info)")
     return names
+
+
+def is_exact(policy: Any) -> bool:
+    """Whether a policy is shown its own channels as they are, without noise and delay.
+
+    `ValueError` where that is neither true nor false, or where it does not say which channels.
+    """
+    exact = getattr(policy, "exact", False)
+    if not isinstance(exact, bool):
+        raise refuse(type(policy).__name__, "exact", repr(exact), "", "True or False")
+    if exact and channels_of(policy) is None:
+        raise refuse(
+            type(policy).__name__, "sensors", None, "", "names of channels, those that it is shown as they are"
+        )
+    return exact
 
 
 def drive_of(policy: Any) -> Drive | None:

@@ -138,7 +138,8 @@ def load(policy: Any, env: Any = None) -> Policy:
 def context_of(task: Any) -> dict[str, Any]:
     """What a policy is made for, by keyword, from the task that it is to act in."""
     names = ("rig", "slew_limit", "control_period", "largest_reference")
-    return {"sensors": task.sensors.names, **{name: getattr(task, name) for name in names}}
+    own = {name: getattr(task, name) for name in names}
+    return {"sensors": task.sensors.names, **own, "fleet": task.scenario.rigs}
 
 
 def load_class(file: Path, name: str) -> type:

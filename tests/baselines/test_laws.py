@@ -260,7 +260,7 @@ def test_who_is_told_of_no_delay_reckons_with_none():
         wanted.append(policy.desired_reference(seen, TOLD, memory)[0])
     assert wanted[0] == wanted[1]
     assert wanted[2] != pytest.approx(wanted[1], abs=1e-3)
-    row = SetPointFeedback(RIG, effort=30.0).at(FRICTION, np.array([4.0]))
+    row = SetPointFeedback([RIG], effort=30.0).at(FRICTION, np.array([4.0]))
     assert wanted[0] == pytest.approx(4.0 + wanted_change(row, x[None], np.array([4.0]))[0])
 
 

@@ -2,8 +2,19 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
-from baselines.linear_rig import FLUCTUATION, LEVEL, MEAN_TORQUE, MEASURED, SIZE, LinearRig, applied, gain_of
+from baselines.linear_rig import (
+    FLUCTUATION,
+    LEVEL,
+    MEAN_TORQUE,
+    MEASURED,
+    SIZE,
+    LinearRig,
+    applied,
+    gain_of,
+    without_friction,
+)
 from drillrig_env import Rig
 from drillrig_env.model import STATE_NAMES, frictionless_state, state_equations, torque_into_string
 
@@ -23,7 +34,29 @@ def test_a_measurement_and_what_it_shows_without_friction_add_up_to_the_channel(
     values = dict(zip(STATE_NAMES, x, strict=True))
     values["voltage"] = rig.k_p * (3.4 - x[4]) + rig.k_i * x[6]
     values["string_torque"] = steady + Z[MEAN_TORQUE]
-    assert row @ Z + through * 0.4 + model.without_friction(channel, np.array(3.0)) == pytest.approx(values[channel])
+    plain = without_friction(rig, rig, channel, np.array(3.0))
+    assert row @ Z + through * 0.4 + plain == pytest.approx(values[channel])
+
+
+def test_the_torque_that_a_drive_takes_for_that_of_the_nominal_rig():
+    """Over a control step of Radau's: eta K_T mean i - eta^2 C_m mean x_5 - eta T_f - J_3 dx_5 / h with its numbers."""
+    nominal, rig = Rig(), Rig(J_3=0.04, K_T=0.12, C_m=3e-4, T_f=0.13, k_2=0.5)
+    model, target, reference = LinearRig(rig, 0.05, 1e9, 0.1, nominal), 3.0, 3.4
+    x = frictionless_state(rig, target) + Z[:7]
+
+    def rates(_, x):
+        T_r1 = Z[LEVEL] + Z[FLUCTUATION] - 0.05 * (x[2] - target)
+        return [*state_equations(x[:7], reference, T_r1, rig), x[4], x[5]]
+
+    end = solve_ivp(rates, (0.0, 0.1), [*x, 0.0, 0.0], "Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+    speed, current = end[7:] / 0.1
+    torque = nominal.eta * nominal.K_T * current - nominal.eta**2 * nominal.C_m * speed - nominal.eta * nominal.T_f
+    torque -= nominal.J_3 * (end[4] - x[4]) / 0.1
+    after = model.transition @ Z + model.input * (reference - target)
+    shown = after[MEAN_TORQUE] + without_friction(rig, nominal, "string_torque", np.array(target))
+    assert shown == pytest.approx(torque, abs=1e-7)
+    z = 0.4 * model.per_level  # and steady rotation under more friction shows as much more
+    np.testing.assert_allclose(model.transition @ z, z, atol=1e-9)
 
 
 @pytest.mark.parametrize("rig", RIGS)

@@ -65,7 +65,7 @@ def test_keeps_out_of_stick_slip_under_a_load_step_that_it_is_not_warned_of():
 def test_feedback_alone_holds_rotation_that_a_constant_reference_loses():
     """From 5 % off the target, at 5.6 times the friction slope that the bare drive can bear."""
     friction, target, rig = Friction(28.0), 1.3, Rig()
-    row = SetPointFeedback(rig, effort=30.0).at(friction, np.array([target]))
+    row = SetPointFeedback([rig], effort=30.0).at(friction, np.array([target]))
     assert row.shape == (1, SIZE + 1)
     held = {}
     for follows in (True, False):
@@ -87,7 +87,7 @@ def test_feedback_alone_holds_rotation_that_a_constant_reference_loses():
 
 def test_feedback_asks_for_no_change_in_steady_rotation_at_the_set_point():
     friction, speeds = Friction(np.array([0.0, 10.0, 30.0, 80.0])), np.array([3.0, 1.0, 2.0, 0.5])
-    rows = SetPointFeedback(Rig(), effort=30.0).at(friction, speeds)
+    rows = SetPointFeedback([Rig()], effort=30.0).at(friction, speeds)
     np.testing.assert_allclose(wanted_change(rows, steady_state(Rig(), friction, speeds), speeds), 0.0, atol=1e-12)
     too_fast = steady_state(Rig(), Friction(10.0), np.full(4, 5.0))
     assert np.all(wanted_change(rows, too_fast, np.full(4, 5.0)) < 0.0)

@@ -12,7 +12,7 @@ from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stability import critical_slope
 
 RIG, EFFORT = Rig(), 3.0
-FEEDBACK = SetPointFeedback(RIG, EFFORT)
+FEEDBACK = SetPointFeedback([RIG], EFFORT)
 
 
 def of_slope(slope):
@@ -46,7 +46,7 @@ def test_gain_has_no_steps_between_neighbouring_slopes():
 def test_steeper_friction_than_the_table_knows_gets_its_last_gain():
     steep, steeper = (FEEDBACK.at(of_slope(k * critical_slope(RIG)), np.array([2.0]))[0, :SIZE] for k in (64.0, 500.0))
     np.testing.assert_allclose(steep, steeper)
-    np.testing.assert_allclose(steep, FEEDBACK.table[-1])
+    np.testing.assert_allclose(steep, FEEDBACK.tables[0, -1])
 
 
 def test_no_change_is_wanted_in_steady_rotation_at_the_set_point_and_the_right_one_elsewhere():
@@ -90,3 +90,13 @@ def test_sampled_model_is_the_rig_over_a_control_step():
     transition, by_change = _sampled(RIG, slope, CONTROL_PERIOD)
     np.testing.assert_allclose((transition @ z + by_change[:, 0] * change)[:7], end, atol=1e-8)
     assert (transition @ z + by_change[:, 0] * change)[7] == pytest.approx(z[7] + change)
+
+
+def test_each_rig_of_several_has_its_own_feedback():
+    other = Rig(J_1=0.02, k_2=0.5, K_T=0.13)
+    both, places = SetPointFeedback([RIG, other], EFFORT, entries=41), np.array([1, 0, 1])
+    friction, speeds = Friction(np.array([8.0, 20.0, 30.0])), np.array([2.0, 3.0, 1.5])
+    found = both.at(friction, speeds, places)
+    for k, rig in ((0, other), (1, RIG), (2, other)):
+        alone = SetPointFeedback([rig], EFFORT).at(Friction(friction.normal_force[k]), speeds[k : k + 1])[0]
+        np.testing.assert_allclose(found[k], alone, atol=5e-3 * np.abs(alone).max())  # from fewer entries

@@ -51,6 +51,29 @@ def test_parameters_are_the_plain_values_of_a_policy(tmp_path):
     assert trained.about == {"kind": "run"}  # its parameters are in its folder
 
 
+def test_who_is_exact_is_shown_more_than_the_sensors_and_says_so():
+    found = contestant_of(find_policy("baselines/told.py:LQROfRig"), "DrillRigUnknown-v0")
+    assert found.exact
+    assert "bit_speed" in found.env["sensors"]
+    assert found.description()["exact"] is True
+    fair = contestant_of(find_policy("lqg"), "DrillRigUnknown-v0").description()
+    assert "exact" not in fair
+    marks = Results({"policies": {"LQROfRig": found.description(), "lqg": fair}}).marks
+    assert marks == {"LQROfRig": "*", "lqg": ""}
+    told = contestant_of(find_policy("baselines/told.py:JumpEaseOfBit"), "DrillRigUnknown-v0").description()
+    assert told["privileged"] == []
+    assert Results({"policies": {"x": told}}).privileged == {"x": True}
+
+
+def test_members_are_made_for_the_fleet_of_the_suite():
+    found = contestant_of(find_policy("baselines/told.py:LQGOfRig"), "DrillRigUnknown-v0")
+    faced = suite("unknown", 3)
+    (member,) = (make(faced) for make in found.members.values())
+    assert member.plants == faced.scenario.rigs.members().rigs
+    (member,) = (make(suite("default", 3)) for make in found.members.values())
+    assert member.plants == (Rig(),)
+
+
 def test_members_are_made_for_the_slew_limit_of_the_suite(tmp_path):
     found = contestant_of(find_policy(file_of(tmp_path)), "DrillRig-v0")
     for name in ("default", "degraded"):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env.evaluation.report import cell, difference_rows, markdown_table, print_suite, rows
+from drillrig_env.evaluation.report import cell, difference_rows, grouped, markdown_table, print_suite, rows
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.tables import DIFFERENCES, HARDNESS, MAIN, OTHERS, TABLES, differences
 
@@ -17,6 +17,30 @@ def test_table_marks_who_is_privileged(comparison, capsys):
     assert f"{scores['constant']['mitigated'].mean():.3f}" in table
     print_suite("title", scores, results.marks, "constant", details=True)
     assert "privileged *" in capsys.readouterr().out
+
+
+def test_who_is_told_and_who_sets_the_drive_stand_apart(comparison, capsys):
+    results, _ = comparison
+    one = results.scores["default"]["constant"]
+    names, marks = ("told", "plain", "soft", "both", "other"), {"told": "*", "soft": "°", "both": "*°"}
+    groups = grouped(names, marks)
+    assert list(groups.values()) == [["plain", "other"], ["soft"], ["told", "both"]]
+    lines = markdown_table(MAIN, rows(dict.fromkeys(names, one)), marks).splitlines()
+    first = [line.split("|")[1].strip() for line in lines[2:]]
+    assert first == [
+        "plain",
+        "other",
+        "*with the drive's gains*",
+        "soft °",
+        f"*{list(groups)[2]}*",
+        "told *",
+        "both *°",
+    ]
+    assert {line.count("|") for line in lines} == {lines[0].count("|")}
+    print_suite("title", dict.fromkeys(names, one), marks, "plain")
+    shown = capsys.readouterr().out
+    assert shown.index("other") < shown.index("soft °") < shown.index("told *")
+    assert list(grouped(["a"], {})) == [""]
 
 
 def test_terminal_stays_within_80_columns_and_cuts_nothing(comparison, capsys, monkeypatch):

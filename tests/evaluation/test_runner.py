@@ -1,5 +1,7 @@
 """A run shows what the environment shows, and asks of a policy what its contract says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,21 @@ def test_traces_are_the_records_after_each_control_step():
     np.testing.assert_array_equal(episodes.friction.normal_force, [5.0, 5.0, 20.0])  # as the episode ends
     assert episodes.start.tolist() == ["steady"] * 3
     assert episodes.speed_target[2] == 2.0
+
+
+class Exact(Wave):
+    sensors, exact = ("bit_speed", "twist_12", "speed_target"), True
+
+
+def test_who_is_exact_is_shown_its_channels_without_noise_and_delay():
+    policy, noisy = Exact(), replace(SMALL, env={**SMALL.env, "noise": 1.0, "delay": 2})
+    run(policy, noisy, sensors="surface", duration=1.0)
+    core = EpisodeBatch(3, scenario="nominal", slew_limit=1.5, duration=1.0, sensors=Exact.sensors, noise=0.0)
+    core.reset(np.arange(2), first_uniforms(11, 2), SMALL.groups[0][1])
+    core.reset(np.arange(2, 3), first_uniforms(13, 1), SMALL.groups[1][1])
+    for step in range(10):
+        np.testing.assert_array_equal(policy.seen[step], core.observations)
+        core.step(np.full((3, 1), 0.5 * np.cos(0.3 * step), np.float32))
 
 
 def test_policy_sees_the_begin_once_and_the_observations_before_each_step():

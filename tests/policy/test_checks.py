@@ -109,6 +109,14 @@ class ExitsWhenTold(Keeps):
         raise SystemExit
 
 
+class OddExact(Keeps):
+    exact = "yes"
+
+
+class ExactOfNothing(Keeps):
+    exact = True
+
+
 class NoPolicy:
     pass
 
@@ -135,6 +143,8 @@ def test_a_policy_that_keeps_the_contract_passes(policy):
         (OddSensors, "sensors = 5"),
         (CannotBeTold, "must be told mu_s"),
         (OddPrivileged, "privileged = 'mu_s' is not allowed; allowed: names of entries"),
+        (OddExact, "exact = 'yes' is not allowed; allowed: True or False"),
+        (ExactOfNothing, "sensors = None is not allowed; allowed: names of channels"),
         (NoPolicy, "has no predict"),
         (Exits, r"Exits: ends the whole program \(SystemExit: 0\)"),
         (ExitsWhenMade, "ExitsWhenMade: ends the whole program .*no licence"),

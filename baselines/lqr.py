@@ -1,0 +1,72 @@
+"""LQR: state feedback about a raised set point, told all that there is to know. A ceiling, not a controller."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from baselines.counted import CountedLaw
+from baselines.lqg import TWIST_RATE_TIME, move_of_set_point
+from baselines.set_point_feedback import SetPointFeedback, wanted_change
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
+from drillrig_env.model import STATE_NAMES
+from drillrig_env.rig import RigLike
+from drillrig_env.scales import LARGEST_REFERENCE
+
+_STEPS, _OFFSET, _SHAKING = 0, 1, 2
+_HIGHEST_SET_POINT = LARGEST_REFERENCE - 0.5  # rad/s; little room is enough for a feedback that is told everything
+_ENTRIES = 41  # of the gains of each rig, over the slope of the friction
+
+
+class LQR(CountedLaw):
+    """LQ feedback of the exact state about a set point that is raised while the rig shakes; told rig and friction.
+
+    What `LQG` does with estimates on one design for all rigs, this does with the state, the rig and the friction as
+    they are: the feedback (`baselines.set_point_feedback`) is that of the very rig at the very slope of its friction,
+    about the steady state that belongs to the set point. As long as the running twist rate (bit less top speed, over
+    the set point) is above `shaking`, the set point rises at `rise` (rad/s^2) above the target; once calm it comes down
+    at `ease`. What this cannot free no law of the speed reference is likely to.
+
+    Tuning rule: `effort`, `shaking` and `ease` were chosen among a few on fleets that nothing is judged on.
+    """
+
+    channels: ClassVar[tuple[str, ...]] = (*STATE_NAMES, "speed_reference", "speed_target")
+    privileged: ClassVar[tuple[str, ...]] = ("rig", "normal_force", "mu_s", "mu_k", "v_b")
+    exact: ClassVar[bool] = True
+    memory: ClassVar[int] = 3
+
+    def __init__(
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: RigLike = None,
+        slew_limit: float | None = None,
+        effort: float = 100.0,
+        shaking: float = 0.3,
+        rise: float = 2.0,
+        ease: float = 0.5,
+        **others: Any,
+    ) -> None:
+        super().__init__(sensors, rig, slew_limit, **others)
+        self.shaking, self.rise, self.ease = shaking, rise, ease
+        self.feedback = SetPointFeedback(self.plants, effort, self.period, _ENTRIES)
+
+    def desired_reference(
+        self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
+    ) -> FloatArray:
+        """The reference so far, the move of the set point, and the change that the feedback asks for."""
+        friction = Friction(*(privileged[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+        twist_rate = seen["bit_speed"] - seen["top_speed"]
+        memory[:, _SHAKING] += self.followed(TWIST_RATE_TIME) * (twist_rate**2 - memory[:, _SHAKING])
+        set_point = seen["speed_target"] + memory[:, _OFFSET]
+        rate = np.where(np.sqrt(memory[:, _SHAKING]) / set_point > self.shaking, self.rise, -self.ease)
+        wanted, time = rate * self.period, memory[:, _STEPS] * self.period
+        move = move_of_set_point(wanted, set_point, memory[:, _OFFSET], time, _HIGHEST_SET_POINT)
+        memory[:, _OFFSET] += move
+        memory[:, _STEPS] += 1.0
+        states = np.stack([seen[name] for name in STATE_NAMES], axis=-1)
+        reference = seen["speed_reference"] + move
+        feedback = self.feedback.at(friction, set_point + move, self.places(privileged))
+        return np.asarray(reference + wanted_change(feedback, states, reference))
