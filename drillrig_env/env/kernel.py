@@ -72,7 +72,9 @@ def step_episodes(
         if episode.step < s.steps:
             k = episode.rig
             _step(episode, actions[n, 0], s, plants[k], ladders[k], course, work)
-            lost += not (_is_finite(episode.state) and isfinite(episode.reward))
+            lost += not _is_finite(episode.state)
+            if s.own_terms > 0:
+                lost += not _add_own_terms(episode, actions[n, 0], s)
         measure(episode, layout, values, observations[n])
         if past.shape[1] > 0:
             _delay(episode, layout, past[n], observations[n])
@@ -126,10 +128,15 @@ def _step(
     episode.window_highest = max(episode.window_highest, episode.highest)
     episode.window_sum += episode.average
     episode.step += 1
-    if s.own_terms > 0:
-        call_on(s.address, episode, action)
-        for i in range(s.own_terms):
-            episode.reward += episode.own_terms[i]
+
+
+@compiled
+def _add_own_terms(episode: Record, action: float, s: Record) -> bool:
+    """Add the terms of the user's own to the reward of a step that is done; whether it is finite."""
+    call_on(s.address, episode, min(max(float(action), -1.0), 1.0))
+    for i in range(s.own_terms):
+        episode.reward += episode.own_terms[i]
+    return isfinite(episode.reward)
 
 
 @inlined

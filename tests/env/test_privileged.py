@@ -66,8 +66,9 @@ def test_it_is_off_unless_it_is_asked_for():
         gym.make("DrillRig-v0", privileged="yes")
 
 
-def test_a_critic_sees_what_is_however_late_and_noisy_a_policy_is():
-    env = gym.make_vec("DrillRigSurface-v0", num_envs=5, privileged=True, delay=(1, 5), noise=3.0)
+@pytest.mark.parametrize("scenario", ["default", {"wandering": {"time": 2.0}, "target_step": 1.0}])
+def test_a_critic_sees_what_is_however_late_and_noisy_a_policy_is(scenario):
+    env = gym.make_vec("DrillRigSurface-v0", num_envs=5, privileged=True, delay=(1, 5), noise=3.0, scenario=scenario)
     env.reset(seed=0)
     for _ in range(30):
         seen, *_, info = env.step(np.tile(PUSH, (5, 1)))
