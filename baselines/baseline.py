@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.drive import Drive
-from drillrig_env.env.core import rate_action
+from drillrig_env.env.actions import rate_action
 from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.fleet import Fleet, FleetLike

@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from math import exp
 from typing import Any
 
 import numpy as np
@@ -13,33 +12,28 @@ import numpy.typing as npt
 
 from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray, Observations, Quantity
-from drillrig_env.course import COLUMNS
 from drillrig_env.env.attributes import PlaysTask, check_changeable
 from drillrig_env.env.bank import RigBank
 from drillrig_env.env.draws import draw_episodes
-from drillrig_env.env.episode import EPISODE, SETTINGS
+from drillrig_env.env.episode import EPISODE
+from drillrig_env.env.info import infos
 from drillrig_env.env.kernel import observe_episodes, scratch, step_episodes
 from drillrig_env.env.pins import check_pins
 from drillrig_env.env.privileged import PRIVILEGED, Privileged, Seen
-from drillrig_env.env.reward_terms import TERMS, address_of
 from drillrig_env.env.scenario import STARTS
-from drillrig_env.env.sensors import TORQUE_DEVIATION_TIME, TORQUE_MEAN_TIME
+from drillrig_env.env.settings import SETTINGS, course_of, write_settings
 from drillrig_env.env.starts import begin_episodes
 from drillrig_env.env.state import EnvironmentState
 from drillrig_env.env.task import Task, TaskLike
 from drillrig_env.friction import Friction
-from drillrig_env.friction.law import number_of
 from drillrig_env.jit.compiled import bound
 from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked, refuse
 from drillrig_env.policy.given import POLICY
-from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.stepper.ladder import SAMPLES
-from drillrig_env.verdict import STUCK_SPEED, WINDOW, is_mitigated
+from drillrig_env.verdict import WINDOW, is_mitigated
 
 _ALL = slice(None)
-_SETTLING, _LONGEST_SETTLING = 12.0, 60.0  # s on the chapter's rig, until a start in stick-slip is on its cycle
 
 
 class EpisodeBatch(PlaysTask):
@@ -268,25 +262,8 @@ class EpisodeBatch(PlaysTask):
 
     def info(self) -> dict[str, npt.NDArray[Any]]:
         """What every step reports, by name, one entry a rig: always the same names with the same dtypes."""
-        episodes, ended, own = self.episodes, self.ended, self._task.reward.own
-        names = () if own is None else own.names
-        return {
-            "bit_speed": episodes["state"][:, 2].copy(),
-            "top_speed": episodes["state"][:, 4].copy(),
-            "speed_reference": episodes["speed_reference"].copy(),
-            "speed_target": episodes["speed_target"].copy(),
-            "normal_force": episodes["normal_force"].copy(),
-            "mu_s": episodes["mu_s"].copy(),
-            "mu_k": episodes["mu_k"].copy(),
-            "v_b": episodes["v_b"].copy(),
-            "torque_into_string": episodes["torque_into_string"].copy(),
-            "delay": episodes["delay"].copy(),
-            "start": episodes["start"].copy(),
-            "rig": episodes["rig"].copy(),
-            **{f"reward_{name}": episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
-            **{f"reward_{name}": episodes["own_terms"][:, i].copy() for i, name in enumerate(names)},
-            "is_success": ended & self.mitigated if ended.any() else ended,
-        }
+        success = self.ended
+        return infos(self.episodes, self.reward, success & self.mitigated if success.any() else success)
 
     def starts(self, indices: npt.NDArray[np.intp]) -> list[str]:
         """How the episodes of some rigs began: stick_slip only where their parameters have it."""
@@ -316,42 +293,8 @@ class EpisodeBatch(PlaysTask):
 
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""
-        task, reward, loop = self._task, self._task.reward, self._task.speed_loop
-        period, scales, own = task.control_period, task.scales, task.reward.own
-        self._speed_scale = scales.speed
-        self.course = _course_of(task, self._steps)
-        kept, added = (1.0, 0.0) if task.scenario.wandering is None else task.scenario.wandering.over(period)
-        tilt = task.scenario.tilt
-        values = {
-            "law": number_of(task.scenario.friction.law),
-            "control_period": period,
-            "largest_reference": task.largest_reference,
-            "stuck_speed": STUCK_SPEED * scales.speed,
-            "slew": task.slew_limit * period,
-            "k_p": loop.k_p,
-            "k_i": loop.k_i,
-            "gain": 1.0 - exp(-period / SAMPLES / reward.time_constant),
-            "torque_mean_gain": 1.0 - exp(-period / (TORQUE_MEAN_TIME * scales.time)),
-            "torque_variance_gain": 1.0 - exp(-period / (TORQUE_DEVIATION_TIME * scales.time)),
-            "variance_weight": reward.variance,
-            "tracking_weight": reward.tracking,
-            "action_weight": reward.action,
-            "deviation": reward.variance_shape == "absolute",
-            "absolute": reward.tracking_shape == "absolute",
-            "phases": reward.form == "phases",
-            "own_terms": len(own.names) if own is not None and own.compiled else 0,
-            "address": address_of(own) if own is not None and own.compiled else 0,
-            "kept": kept,
-            "added": added,
-            "tilt": 0.0 if tilt is None else tilt.share,
-            "tilt_phase": 0.0 if tilt is None else tilt.phase,
-            "steps": self._steps,
-            "window_start": self.window_start,
-            "settling": round(_SETTLING * scales.time / period),
-            "longest_settling": round(_LONGEST_SETTLING * scales.calming / period),
-        }
-        for name, value in values.items():
-            self._settings[name] = value
+        write_settings(self._settings, self._task, self._steps, self.window_start)
+        self._speed_scale, self.course = self._task.scales.speed, course_of(self._task, self._steps)
 
     def _arguments(self, part: slice, actions: npt.NDArray[np.float32], observations: Observations) -> tuple[Any, ...]:
         tables = self._bank.tables
@@ -368,21 +311,3 @@ class EpisodeBatch(PlaysTask):
             observations,
             scratch(),
         )
-
-
-def _course_of(task: Task, steps: int) -> FloatArray:
-    """What the scenario's course gives for each control step, as `Course.table` has it; no rows without a course."""
-    if task.scenario.course is None:
-        return np.empty((0, len(COLUMNS)))
-    return task.scenario.course.table(task.control_period * np.arange(steps, dtype=float))
-
-
-def rate_action(
-    wanted: FloatArray, reference: FloatArray, slew_limit: float, control_period: float = CONTROL_PERIOD
-) -> npt.NDArray[np.float32]:
-    """The action, -1 to 1, that takes the speed reference towards a wanted one (rad/s) within a control step; (n, 1).
-
-    `wanted` and `reference` have shape (n,); `slew_limit` is in rad/s^2, `control_period` in s.
-    """
-    rate = (wanted - reference) / (slew_limit * control_period)
-    return np.asarray(np.clip(rate, -1.0, 1.0), dtype=np.float32)[:, None]

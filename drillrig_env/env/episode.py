@@ -1,4 +1,4 @@
-"""The records of a batch: an episode of each rig, and the settings that all of them share."""
+"""The record of a rig's episode, all that the kernels know of it."""
 
 from __future__ import annotations
 
@@ -49,37 +49,6 @@ EPISODE = np.dtype(
         ("logarithms", "f8", 3),  # of mu_k, mu_s - mu_k and v_b, by which it has wandered
         ("wandering", "u8"),  # state of the generator of that
         ("turns", "f8"),  # how often N_1 varies as disc 1 turns once
-    ],
-    align=True,
-)
-SETTINGS = np.dtype(
-    [
-        ("law", "i8"),  # of friction, as in CONTACT
-        ("control_period", "f8"),  # s
-        ("largest_reference", "f8"),  # rad/s
-        ("stuck_speed", "f8"),  # below which the bit counts as stuck, rad/s
-        ("slew", "f8"),  # largest change of the speed reference in a control step, rad/s
-        ("k_p", "f8"),  # of the drive's speed loop in the episode
-        ("k_i", "f8"),
-        ("gain", "f8"),  # of the running statistics of the bit speed, a sample
-        ("torque_mean_gain", "f8"),  # of those of the torque, a control step
-        ("torque_variance_gain", "f8"),
-        ("variance_weight", "f8"),
-        ("tracking_weight", "f8"),
-        ("action_weight", "f8"),
-        ("deviation", "b1"),  # shape of the variance term
-        ("absolute", "b1"),  # shape of the tracking term
-        ("phases", "b1"),  # whether the terms are those in phases
-        ("own_terms", "i8"),  # how many compiled terms of the user's own there are, and where their code is
-        ("address", "i8"),
-        ("kept", "f8"),  # what is left of the wandering logarithms after a control step
-        ("added", "f8"),  # deviation of what is added to them; 0 where friction does not wander
-        ("tilt", "f8"),  # by what share N_1 varies as disc 1 turns
-        ("tilt_phase", "f8"),  # rad
-        ("steps", "i8"),  # of an episode
-        ("window_start", "i8"),  # step with which the last window begins
-        ("settling", "i8"),  # fewest and most steps in which a start in stick-slip is brought onto its cycle
-        ("longest_settling", "i8"),
     ],
     align=True,
 )

@@ -1,6 +1,6 @@
-"""What a single rig's record says in every info, read number by number.
+"""What an info says of many rigs, and of a single one, read number by number.
 
-Making NumPy scalars of a record's fields by name costs more than the physics of a step; an entry of an array of plain
+Making NumPy scalars of one record's fields by name costs more than the physics of a step; an entry of an array of plain
 numbers does not.
 """
 
@@ -10,9 +10,11 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from drillrig_env.env.episode import EPISODE
 from drillrig_env.env.reward import Reward
+from drillrig_env.env.reward_terms import TERMS
 from drillrig_env.env.scenario import Scenario
 
 
@@ -35,8 +37,38 @@ _changing = itemgetter(
     _place("terms", 1),
     _place("terms", 2),
 )
+_NAMES = (
+    "speed_reference",
+    "speed_target",
+    "normal_force",
+    "mu_s",
+    "mu_k",
+    "v_b",
+    "torque_into_string",
+    "delay",
+    "start",
+    "rig",
+)
+"""Entries of a record that are in an info by their own names."""
+
 _VARYING = tuple((name, _place(name)) for name in ("speed_target", "mu_s", "mu_k", "v_b"))
 _NOT_YET = np.array(False)
+
+
+def infos(episodes: np.ndarray, reward: Reward, success: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
+    """What every step reports of n episodes, by name, one entry a rig: always the same names with the same dtypes.
+
+    `success` tells of which an end was mitigated.
+    """
+    names = () if reward.own is None else reward.own.names
+    return {
+        "bit_speed": episodes["state"][:, 2].copy(),
+        "top_speed": episodes["state"][:, 4].copy(),
+        **{name: episodes[name].copy() for name in _NAMES},
+        **{f"reward_{name}": episodes["terms"][:, i].copy() for i, name in enumerate(TERMS)},
+        **{f"reward_{name}": episodes["own_terms"][:, i].copy() for i, name in enumerate(names)},
+        "is_success": success,
+    }
 
 
 def entries_of(record: np.void) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,8 @@ from drillrig_env.jit.ahead import fetch
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.jit.pointer import call_on
 from drillrig_env.stepper.ladder import SAMPLES, UNITS, from_equilibrium, to_states
-from drillrig_env.stepper.propagator import WORKSPACE, advance
+from drillrig_env.stepper.propagator import advance
+from drillrig_env.stepper.workspace import WORKSPACE
 
 _CHANNELS = len(CHANNELS)
 _AHEAD = 2  # episodes, of whose memory the processor is told before

@@ -98,20 +98,6 @@ class ManyRigs(PlaysTask):
             self._pictures.recall(memory)
 
 
-def check_actions(actions: npt.NDArray[np.float32], rigs: int) -> npt.NDArray[np.float32]:
-    """Actions as float32 of shape (rigs, 1). `ValueError` for another shape, no numbers and NaN, with its rig."""
-    given = np.asarray(actions)
-    if given.shape != (rigs, 1):
-        raise ValueError(f"actions of shape {given.shape} are not allowed; allowed: shape ({rigs}, 1), -1 to 1")
-    if given.dtype.kind not in "fiu":
-        raise ValueError(f"actions of {given.dtype} are not allowed; allowed: numbers from -1 to 1")
-    rates = np.ascontiguousarray(given, dtype=np.float32)
-    bad = np.isnan(rates)
-    if bad.any():
-        raise ValueError(f"action = nan for rig {int(np.argmax(bad))} is not allowed; allowed: a number from -1 to 1")
-    return rates
-
-
 def _pictures_of(core: EpisodeBatch, render_mode: str | None) -> RigPictures | None:
     """The pictures of a batch that is rendered. `ValueError` for an unknown mode."""
     if render_mode is None:

@@ -10,9 +10,10 @@ import numpy.typing as npt
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from drillrig_env.env.actions import check_actions
 from drillrig_env.env.attributes import set_for_all
 from drillrig_env.env.generators import check_seed
-from drillrig_env.env.many import ManyRigs, check_actions
+from drillrig_env.env.many import ManyRigs
 from drillrig_env.env.pins import options_of, pins_of
 from drillrig_env.env.privileged import observation_space, seen_by
 from drillrig_env.env.task import TaskLike

@@ -13,8 +13,9 @@ from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from drillrig_env.env.actions import check_actions
 from drillrig_env.env.attributes import GymnasiumForm, set_for_all
-from drillrig_env.env.many import ManyRigs, check_actions
+from drillrig_env.env.many import ManyRigs
 from drillrig_env.env.pins import options_of
 from drillrig_env.env.privileged import Seen, copied, observation_space
 from drillrig_env.env.task import TaskLike

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.env.actions import check_actions
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.many import check_actions
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction

@@ -20,9 +20,9 @@ from drillrig_env.rig import Rig
 from drillrig_env.stability.multipliers import multipliers_of
 from drillrig_env.stability.tangent import COLUMNS, SHORTEST, follow
 from drillrig_env.stepper.exponentials import doubled_steps
-from drillrig_env.stepper.propagator import workspace
 from drillrig_env.stepper.tables import step_tables
 from drillrig_env.stepper.units import time_of, units_of
+from drillrig_env.stepper.workspace import workspace
 
 _PERIOD = 0.05
 """Longest step, in the rig's own unit of time."""

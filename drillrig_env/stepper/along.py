@@ -9,8 +9,9 @@ from drillrig_env.arrays import FloatArray, Records
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
-from drillrig_env.stepper.propagator import advance, workspace
+from drillrig_env.stepper.propagator import advance
 from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.workspace import workspace
 
 
 def advance_along(

@@ -16,9 +16,10 @@ from drillrig_env.rig import Rig, RigLike
 from drillrig_env.stepper.finite import check_finite
 from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
 from drillrig_env.stepper.limits import check_computable
-from drillrig_env.stepper.propagator import advance, workspace
+from drillrig_env.stepper.propagator import advance
 from drillrig_env.stepper.tables import TOLERANCE, step_tables
 from drillrig_env.stepper.times import sample_count, step_of
+from drillrig_env.stepper.workspace import workspace
 
 
 def simulate_batch(

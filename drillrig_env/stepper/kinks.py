@@ -14,9 +14,10 @@ from math import exp
 from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.friction.law import zone_beyond
 from drillrig_env.jit.compiled import compiled
-from drillrig_env.stepper.collocation import rounding_of_speed, solve_nodes
+from drillrig_env.stepper.collocation import solve_nodes
 from drillrig_env.stepper.ladder import STATE
 from drillrig_env.stepper.landing import land
+from drillrig_env.stepper.reach import rounding_of_speed
 from drillrig_env.stepper.settling import split
 from drillrig_env.stepper.turning import begin_turning
 

@@ -17,12 +17,10 @@ from drillrig_env.arrays import FloatArray, Record
 from drillrig_env.friction.contact import EXPONENTIAL
 from drillrig_env.friction.law import steepest_of, zone_of
 from drillrig_env.jit.compiled import compiled, inlined
-from drillrig_env.stepper.collocation import WORKSPACE, evaluate, solve_nodes, take_step, workspace
+from drillrig_env.stepper.collocation import evaluate, solve_nodes, take_step
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, table_of
 from drillrig_env.stepper.turning import begin_turning
-
-__all__ = ["WORKSPACE", "advance", "caution_for", "workspace"]
 
 _SAMPLE_UNITS = UNITS // SAMPLES
 _PER_UNIT = 1 << DEPTH

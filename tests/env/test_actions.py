@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env.env.core import rate_action
+from drillrig_env.env.actions import rate_action
 
 
 @pytest.mark.parametrize(

@@ -56,7 +56,12 @@ _NO_JUDGES = ("test_page.py", "test_pictures.py", "test_rendering.py", "test_cha
 """Tests of what is left alone; they say nothing of the rest of their room, and take long."""
 
 _BESIDE = {
-    "drillrig_env/env/kernel.py": ("tests/env/test_core.py", "tests/env/test_sensors.py"),
+    "drillrig_env/env/draws.py": ("tests/env/test_scenario.py", "tests/env/test_varying.py"),
+    "drillrig_env/env/info.py": ("tests/env/test_infos.py", "tests/env/test_varying.py"),
+    "drillrig_env/env/kernel.py": ("tests/env/test_core.py", "tests/env/test_sensors.py", "tests/env/test_varying.py"),
+    "drillrig_env/env/settings.py": ("tests/env/test_core.py",),
+    "drillrig_env/env/starts.py": ("tests/env/test_core.py",),
+    "drillrig_env/env/wandering.py": ("tests/env/test_varying.py",),
     "drillrig_env/env/reward.py": ("tests/env/test_core.py",),
     "drillrig_env/env/many.py": ("tests/env/test_state.py", "tests/env/test_copies.py"),
     "drillrig_env/env/one.py": ("tests/env/test_state.py", "tests/env/test_copies.py", "tests/env/test_setters.py"),
@@ -69,7 +74,9 @@ _BESIDE = {
     "drillrig_env/stability/orbit.py": ("tests/stability/test_limit_cycle.py",),
     "drillrig_env/stepper/tables.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/stepper/collocation.py": ("tests/stepper/test_propagator.py",),
+    "drillrig_env/stepper/along.py": ("tests/test_course.py", "tests/stepper/test_turning.py"),
     "drillrig_env/stepper/kinks.py": ("tests/stepper/test_propagator.py",),
+    "drillrig_env/stepper/reach.py": ("tests/stepper/test_collocation.py", "tests/stepper/test_propagator.py"),
     "drillrig_env/stepper/settling.py": ("tests/stepper/test_propagator.py",),
     "drillrig_env/friction/friction.py": ("tests/test_friction.py",),
     "baselines/constant.py": ("tests/baselines/test_laws.py",),

@@ -6,10 +6,12 @@ from scipy.integrate import solve_ivp
 
 from drillrig_env import Friction, Rig
 from drillrig_env.model import friction_input, jacobian
-from drillrig_env.stepper.collocation import _crossing, solve_nodes, workspace
+from drillrig_env.stepper.collocation import solve_nodes
 from drillrig_env.stepper.exponentials import RADAU_NODES
 from drillrig_env.stepper.ladder import RUNGS
+from drillrig_env.stepper.reach import crossing
 from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.workspace import workspace
 
 RIG, OMEGA_REF = Rig(), 2.0
 CONTACT = Friction(20.0).contacts(RIG, OMEGA_REF)[0]
@@ -88,32 +90,32 @@ def test_crossing_of_a_straight_line_is_found_by_guess_and_by_search(zone, edge,
     start = edge + zone * 0.4 * share
     work = nodes_at(start - zone * 0.4 * RADAU_NODES)
     for fine in (False, True):
-        assert _crossing(start, zone, CONTACT, fine, work) == pytest.approx(share, abs=1e-9)
+        assert crossing(start, zone, CONTACT, fine, work) == pytest.approx(share, abs=1e-9)
 
 
 def test_crossing_of_a_curve_is_the_root_of_the_quartic_through_the_nodes():
     """Speed 0.3 - 0.2 s - 0.5 s^2 + 0.1 s^4 reaches 0.001 where it does."""
     curve = np.polynomial.Polynomial([0.3, -0.2, -0.5, 0.0, 0.1])
     root = next(r.real for r in (curve - 1e-3).roots() if abs(r.imag) < 1e-9 and 0 < r.real < 1)
-    assert _crossing(0.3, 1, CONTACT, True, nodes_at(curve(RADAU_NODES))) == pytest.approx(root, abs=1e-9)
-    assert _crossing(0.3, 1, CONTACT, False, nodes_at(curve(RADAU_NODES))) == pytest.approx(root, abs=0.1)
+    assert crossing(0.3, 1, CONTACT, True, nodes_at(curve(RADAU_NODES))) == pytest.approx(root, abs=1e-9)
+    assert crossing(0.3, 1, CONTACT, False, nodes_at(curve(RADAU_NODES))) == pytest.approx(root, abs=0.1)
 
 
 @pytest.mark.parametrize("speeds", [(0.09, -0.03, -0.36, -0.72), (0.42, 0.15, -0.05, 0.02)])
-def test_a_search_that_leaves_the_step_tells_of_no_crossing(speeds):
+def test_a_search_that_leaves_the_step_tells_of_nocrossing(speeds):
     """Newton's method ends at another root of the quartic: past the step's end, and before its beginning."""
-    assert 0.0 < _crossing(0.3, 1, CONTACT, False, nodes_at(speeds)) < 1.0
-    assert _crossing(0.3, 1, CONTACT, True, nodes_at(speeds)) == 0.0
+    assert 0.0 < crossing(0.3, 1, CONTACT, False, nodes_at(speeds)) < 1.0
+    assert crossing(0.3, 1, CONTACT, True, nodes_at(speeds)) == 0.0
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_stick_ends_at_the_edge_that_the_bit_goes_through(side):
     work = nodes_at(side * 1e-2 * RADAU_NODES)
-    assert _crossing(0.0, 0, CONTACT, True, work) == pytest.approx(0.1, abs=1e-9)
+    assert crossing(0.0, 0, CONTACT, True, work) == pytest.approx(0.1, abs=1e-9)
 
 
 def test_no_crossing_is_told_where_the_step_begins_on_the_other_side():
-    assert _crossing(5e-4, 1, CONTACT, False, nodes_at(5e-4 - 0.1 * RADAU_NODES)) == 0.0
+    assert crossing(5e-4, 1, CONTACT, False, nodes_at(5e-4 - 0.1 * RADAU_NODES)) == 0.0
 
 
 def test_a_step_too_long_for_a_cubic_torque_holds_nowhere():

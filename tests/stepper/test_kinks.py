@@ -7,10 +7,11 @@ from drillrig_env import Friction, Rig
 from drillrig_env.model import wound_up
 from drillrig_env.reference import radau
 from drillrig_env.simulation import simulate
-from drillrig_env.stepper.collocation import solve_nodes, workspace
+from drillrig_env.stepper.collocation import solve_nodes
 from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.ladder import STATE, from_equilibrium, to_states
 from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.workspace import workspace
 
 RIG, FRICTION, OMEGA_REF = Rig(T_r2=0.05), Friction(20.0), 2.0
 CONTACT = FRICTION.contacts(RIG, OMEGA_REF)[0]

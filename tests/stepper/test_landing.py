@@ -5,11 +5,11 @@ import pytest
 
 from drillrig_env import Rig
 from drillrig_env.model import friction_input, jacobian
-from drillrig_env.stepper.collocation import workspace
 from drillrig_env.stepper.exponentials import RADAU_NODES, variation_of_constants
 from drillrig_env.stepper.ladder import RUNGS
 from drillrig_env.stepper.landing import land
 from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.workspace import workspace
 
 START = np.array([-0.3, -1.1, 1.5, 2.0, 2.5, 0.4, 0.2, 0.0])
 

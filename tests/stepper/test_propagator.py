@@ -6,13 +6,13 @@ import pytest
 from drillrig_env import Friction, Rig, simulate, simulate_batch
 from drillrig_env.model import jacobian
 from drillrig_env.stepper.batch import advance_batch
-from drillrig_env.stepper.collocation import workspace
 from drillrig_env.stepper.exponentials import RADAU_NODES
 from drillrig_env.stepper.ladder import STATE
 from drillrig_env.stepper.landing import land
 from drillrig_env.stepper.propagator import _lose
 from drillrig_env.stepper.settling import split
 from drillrig_env.stepper.tables import LONGEST_PERIOD, step_tables
+from drillrig_env.stepper.workspace import workspace
 from tests.reference import CASES, arguments, solve, stored
 
 REFERENCE = stored()
