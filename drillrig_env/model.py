@@ -14,12 +14,16 @@ Three lines of the printed chapter are slips, each settled by the equation that 
 (4-5d) and (4-17) print -d_2 x_5 where (4-3b) gives +d_2 x_5; (4-20) prints J_52 = -k_2/J_3 where
 (4-5e) gives +k_2/J_3; (4-2b) and (4-3b) print the acceleration of disc 1 where disc 2's is meant.
 
+T_r2(x_4) is the chapter's dry friction of disc 2: T_r2 sign(x_4), and a straight line within the stick zone
+|x_4| < omega_s, as (4-9) has it for disc 1.
+
 Beyond the chapter discs 1 and 2 may lose C_1 x_3 and C_2 x_4 to what is around them, as its motor does.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -48,12 +52,12 @@ def state_equations(x: Sequence[float] | FloatArray, omega_ref: float, T_r1: flo
     on disc 1 (N m), from (4-7) or (4-9) at x_3.
     """
     x_1, x_2, x_3, x_4, x_5, x_6, x_7 = x
-    p = rig
+    p, T_r2 = rig, rig.T_r2 * min(max(x_4 / rig.omega_s, -1.0), 1.0)
     return [
         x_3 - x_4,
         x_4 - x_5,
         (-p.d_1 * x_3 + p.d_1 * x_4 - p.k_1 * x_1 - T_r1 - p.C_1 * x_3) / p.J_1,
-        (p.d_1 * x_3 - (p.d_1 + p.d_2) * x_4 + p.d_2 * x_5 + p.k_1 * x_1 - p.k_2 * x_2 - p.T_r2 - p.C_2 * x_4) / p.J_2,
+        (p.d_1 * x_3 - (p.d_1 + p.d_2) * x_4 + p.d_2 * x_5 + p.k_1 * x_1 - p.k_2 * x_2 - T_r2 - p.C_2 * x_4) / p.J_2,
         (p.k_2 * x_2 + p.d_2 * x_4 - (p.eta**2 * p.C_m + p.d_2) * x_5 + p.eta * p.K_T * x_6 - p.eta * p.T_f) / p.J_3,
         (-p.R * x_6 - p.eta * p.K_E * x_5 + p.k_p * (omega_ref - x_5) + p.k_i * x_7) / p.L,
         omega_ref - x_5,
@@ -64,7 +68,8 @@ def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | None = None) -> FloatA
     """Jacobian J* of the state equations, (4-19) with the entries (4-20); shape (7, 7).
 
     `slope` is the slope Delta T_r1 of the friction torque (N m s/rad, (4-21)); with 0 this is the
-    linear part of the model, friction aside. `drive` takes the place of the rig's own.
+    linear part of the model, friction aside. `drive` takes the place of the rig's own. Disc 2 turns, so that T_r2
+    is constant; where it sticks, the Jacobian is that of `with_stuck_collars(rig)`.
     """
     p, (k_p, k_i, K_E) = rig, _speed_loop(rig, drive)
     J = np.zeros((7, 7))
@@ -78,6 +83,16 @@ def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | None = None) -> FloatA
     J[5, 4], J[5, 5], J[5, 6] = -(p.eta * K_E + k_p) / p.L, -p.R / p.L, k_i / p.L
     J[6, 4] = -1.0
     return J
+
+
+def with_stuck_collars(rig: Rig) -> Rig:
+    """The rig while disc 2 is in its stick zone, where T_r2 is a viscous loss of T_r2 / omega_s."""
+    return replace(rig, T_r2=0.0, C_2=rig.C_2 + rig.T_r2 / rig.omega_s)
+
+
+def torque_on_collars(rig: Rig, x_4: Quantity) -> FloatArray:
+    """Friction torque T_r2(x_4) on disc 2 (N m) at speeds x_4 (rad/s); shape (...)."""
+    return np.asarray(rig.T_r2 * np.clip(np.asarray(x_4) / rig.omega_s, -1.0, 1.0))
 
 
 def friction_input(rig: Rig) -> FloatArray:
@@ -100,7 +115,7 @@ def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
 def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) -> FloatArray:
     """The state that (4-17) holds still at `speed` (rad/s) without friction on disc 1; shape (..., 7).
 
-    At speed 0 this is the rig at rest: shafts untwisted, but for what carries T_r2, the motor just balancing its
+    At speed 0 this is the rig at rest: shafts untwisted, but for what T_r2 just holds, the motor just balancing its
     own friction (so that it does not creep backwards, where the model's constant T_f would be wrong). `drive`
     takes the place of the rig's own.
     """
@@ -213,4 +228,5 @@ def dissipated_power(rig: Rig, friction: Friction, state: FloatArray) -> FloatAr
     shafts = rig.d_1 * (x[..., 2] - x[..., 3]) ** 2 + rig.d_2 * (x[..., 3] - x[..., 4]) ** 2
     motor = rig.eta**2 * rig.C_m * x[..., 4] ** 2 + rig.eta * rig.T_f * x[..., 4]
     discs = rig.C_1 * x[..., 2] ** 2 + rig.C_2 * x[..., 3] ** 2
-    return np.asarray(shafts + motor + discs + rig.T_r2 * x[..., 3] + friction.torque(rig, x[..., 2]) * x[..., 2])
+    collars = torque_on_collars(rig, x[..., 3]) * x[..., 3]
+    return np.asarray(shafts + motor + discs + collars + friction.torque(rig, x[..., 2]) * x[..., 2])

@@ -5,6 +5,8 @@ The fast stepper is tested against both. They are hundreds (VODE) to ten thousan
 
 from __future__ import annotations
 
+from math import inf
+
 import numpy as np
 from scipy.integrate import ode, solve_ivp
 
@@ -12,7 +14,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Contact, Friction
 from drillrig_env.friction.law import edges_of, torque_in_zone, zone_of
 from drillrig_env.friction.tilt import Tilt
-from drillrig_env.model import friction_input, jacobian, state_equations
+from drillrig_env.model import friction_input, jacobian, state_equations, with_stuck_collars
 from drillrig_env.rig import Rig
 
 _torque_in_zone = torque_in_zone.py_func  # type: ignore[attr-defined]
@@ -71,31 +73,34 @@ def radau(
     disc: Tilt | None = None,
     angle: float = 0.0,
 ) -> FloatArray:
-    """Integrate with Radau one piece of the law (4-9) at a time, each kink located as an event.
+    """Integrate with Radau one piece of the law (4-9), and of that of T_r2, at a time, each kink located as an event.
 
     Every piece is smooth beyond its zone, so the event is found on a smooth solution. Arguments and
     result as for `vode`; the accurate reference of the project.
     """
-    contact = _plain_contact(rig, friction, speed_reference)
+    contact, to_rates = _plain_contact(rig, friction, speed_reference), friction_input(rig)
     press = _Press(disc, angle, speed_reference, state, times[0])
-    linear, to_rates = jacobian(rig), friction_input(rig)
-    offset = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
+    at_rest = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
     states = np.empty((len(times) - 1, 7))
     time, x, done = float(times[0]), np.asarray(state, dtype=float), 0
-    zone = _zone_of(float(x[2]), rig.omega_s, contact.knee)
+    zone, collars = _zone_of(float(x[2]), rig.omega_s, contact.knee), _zone_of(float(x[3]), rig.omega_s, inf)
     while done < len(states):
+        linear, constant = jacobian(rig if collars else with_stuck_collars(rig)), at_rest.copy()
+        constant[3] -= collars * rig.T_r2 / rig.J_2
 
-        def rates(t: float, x: FloatArray, zone: int = zone) -> FloatArray:
+        def rates(
+            t: float, x: FloatArray, zone: int = zone, linear: FloatArray = linear, constant: FloatArray = constant
+        ) -> FloatArray:
             torque = press.factor(t, x) * _torque_in_zone(zone, float(x[2]), contact)[0]
-            return np.asarray(linear @ x + offset + to_rates * torque)
+            return np.asarray(linear @ x + constant + to_rates * torque)
 
-        def slopes(t: float, x: FloatArray, zone: int = zone) -> FloatArray:
+        def slopes(t: float, x: FloatArray, zone: int = zone, linear: FloatArray = linear) -> FloatArray:
             full = linear.copy()
             full[2, 2] += to_rates[2] * press.factor(t, x) * _torque_in_zone(zone, float(x[2]), contact)[1]
             return full
 
-        edges = _edges(zone, contact)
-        events = [_Edge(speed, direction) for speed, direction, _ in edges]
+        edges = [*_edges(zone, contact), *_collars_edges(collars, rig)]
+        events = [_Edge(*edge[:3]) for edge in edges]
         piece = solve_ivp(
             rates,
             (time, times[-1]),
@@ -115,22 +120,32 @@ def radau(
         if piece.t_events is not None and piece.y_events is not None and piece.status == 1:
             hit = next(k for k in range(len(edges)) if piece.t_events[k].size)
             time, x = float(piece.t_events[hit][0]), np.array(piece.y_events[hit][0])
-            x[2], _, zone = edges[hit]
+            one, x[one], _, beyond = edges[hit]
+            zone, collars = (beyond, collars) if one == 2 else (zone, beyond)
     return states
 
 
-def _edges(zone: int, contact: Contact) -> list[tuple[float, float, int]]:
-    """The ends of a piece of the law: speed (rad/s), the direction in which it is passed, and the piece beyond."""
+def _edges(zone: int, contact: Contact) -> list[tuple[int, float, float, int]]:
+    """The ends of a piece of the law of disc 1: the state, its speed (rad/s), its direction, and the piece beyond."""
     (low, high), flat = _edges_of(zone, contact.omega_s, contact.knee), contact.knee <= contact.omega_s
     if zone == 0:
-        return [(side * high, side, 2 * side if flat else side) for side in (-1, 1)]
+        return [(2, side * high, side, 2 * side if flat else side) for side in (-1, 1)]
     side = 1 if zone > 0 else -1
     below = side if abs(zone) == 2 and not flat else 0
     return [
-        (side * speed, direction * side, beyond)
+        (2, side * speed, direction * side, beyond)
         for speed, direction, beyond in ((low, -1, below), (high, 1, 2 * side))
         if np.isfinite(speed)
     ]
+
+
+def _collars_edges(collars: int, rig: Rig) -> list[tuple[int, float, float, int]]:
+    """The same for T_r2 on disc 2, where there is any."""
+    if rig.T_r2 == 0.0:
+        return []
+    if collars == 0:
+        return [(3, side * rig.omega_s, side, side) for side in (-1, 1)]
+    return [(3, collars * rig.omega_s, -collars, 0)]
 
 
 def _plain_contact(rig: Rig, friction: Friction, speed_reference: float) -> Contact:
@@ -152,13 +167,14 @@ class _Press:
 
 
 class _Edge:
-    """An event of `solve_ivp`: the bit speed crosses `speed` in `direction`, which ends the piece."""
+    """An event of `solve_ivp`: a state crosses a `speed` in a `direction`, which ends the piece."""
 
     terminal = True
 
-    def __init__(self, speed: float, direction: float) -> None:
+    def __init__(self, state: int, speed: float, direction: float) -> None:
+        self.state = state
         self.speed = speed
         self.direction = direction
 
     def __call__(self, _time: float, x: FloatArray) -> float:
-        return float(x[2]) - self.speed
+        return float(x[self.state]) - self.speed

@@ -42,7 +42,7 @@ class Rig:
     d_2: float = parameter(0.0167, "N m s/rad", "damping between disc 2 and motor", _TABLE, NOT_NEGATIVE)
     omega_s: float = parameter(1e-3, "rad/s", "half width of the stick zone of (4-9)", _TEXT, POSITIVE)
     eta: float = parameter(8.0, "", "gear ratio, motor to shaft", _TEXT, POSITIVE)
-    T_r2: float = parameter(0.0, "N m", "constant resisting torque on disc 2", _TEXT, NOT_NEGATIVE)
+    T_r2: float = parameter(0.0, "N m", "dry friction torque on disc 2", _TEXT, NOT_NEGATIVE)
     r_1: float = parameter(0.0485, "m", "radius at which the brake pin presses on disc 1", _DERIVED, POSITIVE)
     L: float = parameter(8.437e-4, "H", "inductance of the armature", _IDENTIFIED, POSITIVE)
     R: float = parameter(0.33, "ohm", "resistance of the armature", _IDENTIFIED, POSITIVE)

@@ -138,7 +138,7 @@ def simulate(
     True
 
     Raises `ValueError` for a value that is not allowed, naming it, its unit and what is, and `NotFiniteError` where a
-    state can no longer be computed, or disc 2 turns backwards against a constant T_r2.
+    state can no longer be computed.
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     if (rigs := len(friction.as_array())) != 1:
@@ -156,8 +156,6 @@ def simulate(
     time = sample_period * np.arange(count + 1, dtype=float)
     pieces = inputs.pieces(time, same)
     states = _METHODS[method](rig, pieces, disc, check_state(rig, initial_state), tolerance)
-    if rig.T_r2 > 0.0:  # the fast stepper has marked a disc 2 that turns backwards; so are the other methods' here
-        states[np.logical_or.accumulate(states[:, 3] < -rig.omega_s)] = -np.inf
     check_finite(states[None], pieces.stops, "simulate")
     sampled = np.searchsorted(pieces.stops, time)
     coefficients = inputs.coefficients(time, same)

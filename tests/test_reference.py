@@ -32,13 +32,13 @@ def test_steady_rotation_stays_and_time_may_begin_anywhere(solve):
 def test_stuck_bit_is_the_linear_rig_with_the_slope_of_the_stick_zone():
     """Inside the stick zone (4-9) is linear: an event-split solution is a matrix exponential there, too."""
     friction = Friction(20.0)
-    start = frictionless_state(RIG, 0.0)
-    times = np.array([0.0, 0.02, 0.1])
+    rig, times = Rig(), np.array([0.0, 0.02, 0.1])
+    start = frictionless_state(rig, 0.0)
     slope = 20.0 * 0.0485 * 0.5 / 1e-3
-    matrix, rest = jacobian(RIG, slope), frictionless_state(RIG, 0.0)
-    drift = jacobian(RIG) @ (rest - frictionless_state(RIG, 0.5))  # the reference of 0.5 rad/s winds it up
+    matrix, rest = jacobian(rig, slope), frictionless_state(rig, 0.0)
+    drift = jacobian(rig) @ (rest - frictionless_state(rig, 0.5))  # the reference of 0.5 rad/s winds it up
     expected = [rest + np.linalg.solve(matrix, (expm(matrix * t) - np.eye(7)) @ drift) for t in times[1:]]
-    np.testing.assert_allclose(radau(RIG, friction, 0.5, start, times), expected, atol=1e-8)
+    np.testing.assert_allclose(radau(rig, friction, 0.5, start, times), expected, atol=1e-8)
 
 
 def test_kinks_are_met_from_both_sides_and_backwards():

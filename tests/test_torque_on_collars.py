@@ -1,4 +1,7 @@
-"""A constant torque T_r2 on disc 2, all the way: stepper, samples, observations, energy, controllers."""
+"""A torque T_r2 on a disc 2 that keeps turning, all the way: stepper, samples, observations, energy, controllers.
+
+`tests/stepper/test_modes.py` has what happens where it sticks or turns backwards.
+"""
 
 from dataclasses import replace
 
@@ -21,9 +24,7 @@ from drillrig_env.model import (
     torque_into_string,
     wound_up,
 )
-from drillrig_env.stepper.batch import simulate_batch
-from drillrig_env.stepper.finite import NotFiniteError
-from drillrig_env.stepper.tables import SAMPLES
+from drillrig_env.stepper.ladder import SAMPLES
 
 RIG, WITHOUT = Rig(T_r2=0.1), Rig()
 
@@ -112,33 +113,3 @@ def test_controllers_do_with_it_as_they_do_without(policy, sensors):
     torque = with_it.torque_into_string - without.torque_into_string
     np.testing.assert_allclose(torque[apart < 1e-6], RIG.T_r2, atol=1e-4)
     assert abs(sum(score(with_it)["mitigated"]) - sum(score(without)["mitigated"])) <= 1
-
-
-@pytest.mark.parametrize("method", ["fast", "radau"])
-def test_a_disc_2_that_turns_backwards_is_an_error_at_that_moment(method):
-    """T_r2 is constant: it would then drive what it is to resist."""
-    arguments = {"friction": Friction(20.0), "speed_reference": 2.0, "sample_period": 0.05, "method": method}
-    assert simulate(RIG, duration=2.9, **arguments).collar_speed.min() >= -RIG.omega_s
-    with pytest.raises(NotFiniteError, match=r": disc 2 of rig 0 stops and turns backwards before 2\.95 s"):
-        simulate(RIG, duration=4.0, **arguments)
-    assert simulate(WITHOUT, duration=4.0, **arguments).collar_speed.min() < -0.03
-
-
-def test_a_moment_between_samples_is_found_too():
-    arguments = {"friction": Friction(20.0), "speed_reference": 2.0, "duration": 4.0}
-    assert simulate(WITHOUT, sample_period=0.8, **arguments).collar_speed.min() >= 0.0
-    with pytest.raises(NotFiniteError, match=r"turns backwards before 3\.2 s"):
-        simulate(RIG, sample_period=0.8, **arguments)
-
-
-def test_batches_and_the_environment_tell_which_rig_it_is():
-    with pytest.raises(NotFiniteError, match="disc 2 of rig 1 stops"):
-        simulate_batch(RIG, Friction(np.array([10.0, 20.0])), speed_reference=2.0, duration=4.0)
-    core = begun(RIG, "steady", force=20.0, target=1.0)
-    with pytest.raises(NotFiniteError, match=r"disc 2 of rig 0 .*stops and turns backwards"):
-        run_on(core, 1000)
-
-
-def run_on(core, steps):
-    for _ in range(steps):
-        core.step(np.zeros((1, 1), dtype=np.float32))

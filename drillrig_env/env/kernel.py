@@ -55,7 +55,7 @@ def step_episodes(
 
     `order` has the places of the episodes that are stepped, in turn: one after the other, those of a rig find its
     tables near the processor. `episodes` is an array of EPISODE, `actions` has shape (n, 1), `settings` is a SETTINGS
-    record array of length 1; `plants` and `ladders` are those of a `RigBank`, a record a rig; `course` has a row for
+    record array of length 1; `plants` and `ladders` are those of a `RigBank`, one a rig first; `course` has a row for
     each control step, as `Course.table` gives it, and none where nothing is given; `layout` is the sensors' and
     `observations` of shape (n, channels) is filled for these episodes.
     `past` of shape (n, longest delay + 1, channels) keeps the measurements that are still to be seen; without
@@ -72,7 +72,7 @@ def step_episodes(
         fetch(observations, soon)
         if episode.step < s.steps:
             k = episode.rig
-            _step(episode, actions[n, 0], s, plants[k], ladders[k], course, work)
+            _step(episode, actions[n, 0], s, plants[k], ladders, course, work)
             lost += not _is_finite(episode.state)
             if s.own_terms > 0:
                 lost += not _add_own_terms(episode, actions[n, 0], s)
@@ -101,14 +101,14 @@ def _step(
     action: float,
     s: Record,
     plant: Record,
-    ladder: Record,
+    ladders: Records,
     course: FloatArray,
     work: Record,
 ) -> None:
     action = min(max(float(action), -1.0), 1.0)
     episode.speed_reference = min(max(episode.speed_reference + action * s.slew, 0.0), s.largest_reference)
     vary(episode, s, course)
-    _hold(episode, s, plant, ladder, work)
+    _hold(episode, s, plant, ladders, work)
     variance, tracking, effort = reward_terms(
         episode.mean,
         episode.variance,
@@ -141,9 +141,9 @@ def _add_own_terms(episode: Record, action: float, s: Record) -> bool:
 
 
 @inlined
-def _hold(episode: Record, s: Record, plant: Record, ladder: Record, work: Record) -> None:
+def _hold(episode: Record, s: Record, plant: Record, ladders: Records, work: Record) -> None:
     """One control period of physics at the rig's speed reference, and what its samples tell."""
-    x, y, contact = episode.state, work.y, work.contact
+    x, y, contact, ladder = episode.state, work.y, work.contact, ladders[episode.rig]
     press(contact, episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, plant.r_1, plant.omega_s, s.law)
     contact.speed_reference = episode.speed_reference
     top_speed, error_integral = x[4], x[6]
@@ -153,7 +153,7 @@ def _hold(episode: Record, s: Record, plant: Record, ladder: Record, work: Recor
         twists = y[0] + y[1] - y[6]
         contact.turns, contact.period = episode.turns, s.control_period
         contact.angle = episode.turns * (x[7] - twists) + s.tilt_phase
-    advance(y, contact, ladder, work, True, UNITS)
+    advance(y, contact, ladders, episode.rig, work, True, UNITS)
     to_states(y, contact, ladder, x)
     if s.tilt > 0.0:
         x[7] = (x[7] + episode.speed_reference * s.control_period + (y[0] + y[1] - y[6] - twists)) % (2.0 * pi)
@@ -246,7 +246,7 @@ def settle_episodes(
         was_stuck, last_release, period, end = True, 0, 0, s.longest_settling
         step = 0
         while step < end:
-            _hold(episode, s, plants[k], ladders[k], work)
+            _hold(episode, s, plants[k], ladders, work)
             if not _is_finite(episode.state):
                 end = step
             if episode.start == STEADY:  # not yet found to cycle

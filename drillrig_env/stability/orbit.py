@@ -69,10 +69,18 @@ class PeriodicOrbit:
 
 
 def describe_orbit(rig: Rig, friction: Friction, speed_reference: float, passage: Passage) -> PeriodicOrbit:
-    """The stick-slip orbit p1 whose return to the section is a `passage`."""
+    """The stick-slip orbit p1 whose return to the section is a `passage`.
+
+    Raises `ValueError` where disc 2 does not keep turning against T_r2.
+    """
     period, state = passage.time, passage.state
     step = _SAMPLE_PERIOD * units_of(rig).time
     samples = _samples(rig, friction, speed_reference, state, step, int(period / step))
+    if rig.T_r2 > 0.0 and samples[:, 3].min() < rig.omega_s:
+        raise ValueError(
+            f"orbit: disc 2 slows down to its stick zone, so that T_r2 = {rig.T_r2:g} N m is not constant along it; "
+            "allowed: T_r2 = 0 N m, or an orbit on which disc 2 keeps turning forwards"
+        )
     stuck = float(np.mean(np.abs(samples[:, 2]) < rig.omega_s))
     if stuck == 0.0:
         before = samples[max(int(np.argmin(samples[:, 2])) - 1, 0)]

@@ -17,10 +17,10 @@ import numpy as np
 from drillrig_env.arrays import FloatArray, Record, Records
 from drillrig_env.friction.law import torque_in_zone, zone_of
 from drillrig_env.jit.compiled import compiled
+from drillrig_env.stepper.caution import caution_for
 from drillrig_env.stepper.collocation import solve_nodes, take_step
 from drillrig_env.stepper.exponentials import NODES
 from drillrig_env.stepper.ladder import STATE, table_of
-from drillrig_env.stepper.propagator import caution_for
 
 SHORTEST = 30
 """The rung of the shortest steps, with which kinks and the section are met: 5e-11 s, for the chapter's rig."""

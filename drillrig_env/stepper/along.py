@@ -52,7 +52,7 @@ def _advance(
         for _ in range(every):
             twists = y[0] + y[1] - y[6]
             contact.angle = angle - contact.turns * twists
-            advance(y, contact, ladder, work, False, UNITS)
+            advance(y, contact, ladders, 0, work, False, UNITS)
             turned = contact.speed_reference * contact.period + (y[0] + y[1] - y[6] - twists)
             angle += contact.turns * turned
         to_states(y, contact, ladder, result[i])

@@ -127,5 +127,5 @@ def _advance_rigs(
         from_equilibrium(states[n], contact, ladder, y)
         for sample in range(result.shape[1]):
             for _ in range(every):
-                advance(y, contact, ladder, work, False, UNITS)
+                advance(y, contact, ladders, 0, work, False, UNITS)
             to_states(y, contact, ladder, result[n, sample])

@@ -1,7 +1,7 @@
 """States that are no longer finite: they are found where they arise, and end in one error.
 
-The stepper leaves NaN where a step is not solved, however short, infinity where a state has grown beyond all bounds,
-and minus infinity where a constant T_r2 holds no more.
+The stepper leaves NaN where a step is not solved, however short, and infinity where a state has grown beyond all
+bounds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _UNSOLVED = "a step before it does not converge down to 2e-12 of a control perio
 
 
 class NotFiniteError(FloatingPointError):
-    """A state or reward has become infinite, a step cannot be solved, or disc 2 turns backwards against T_r2."""
+    """A state or reward has become infinite, or a step cannot be solved."""
 
 
 def check_finite(
@@ -40,11 +40,6 @@ def check_finite(
     time = np.broadcast_to(times, states.shape[:2])[place, sample]
     rig = place if rigs is None else int(rigs[place])
     seed = f" (seed {seeds[rig]})" if rig < len(seeds) and seeds[rig] is not None else ""
-    if np.isneginf(states[place, sample]).all():
-        raise NotFiniteError(
-            f"{where}: disc 2 of rig {rig}{seed} stops and turns backwards before {time:g} s, where T_r2, a constant "
-            "torque against it, would drive it; allowed: T_r2 = 0 N m, or a rig whose disc 2 keeps turning forwards"
-        )
     reason = "is not finite" if np.isinf(states[place, sample, state]) else f"is not known: {_UNSOLVED}"
     raise NotFiniteError(
         f"{where}: {STATE_NAMES[state]} = {states[place, sample, state]} {STATE_UNITS[state]} "

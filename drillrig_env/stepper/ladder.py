@@ -69,12 +69,20 @@ LADDER = np.dtype(
         ("clearly_beyond", "f8"),  # rad/s, how far beyond a kink an iterate tells that the step crosses it
         ("settled", "f8"),  # rad/s, what may be left of the fast settling where the bit leaves the stick zone
         ("landed", "f8"),  # rad/s, how near to a kink a step that leads there ends
-        ("slowest_collars", "f8"),  # rad/s, below which disc 2 turns backwards, where a constant T_r2 does not hold
         ("growth", "f8"),  # caution for a friction that falls by 1 N m s/rad: what it makes of errors
         ("first", "i8"),  # the rung of the longest steps
         ("fine_from", "i8"),  # the first rung whose steps lead across kinks, so that their place must be exact
         ("series_from", "i8"),  # the first rung over whose step a Taylor series keeps its digits
         ("watched", "b1"),  # whether nodes alone may not see a mode that is fast and lasts
+        ("has_modes", "b1"),  # whether this is a mode of several, which holds as long as a quantity keeps between edges
+        ("low", "f8"),  # the edges
+        ("high", "f8"),
+        ("below", "i8"),  # where among the ladders the mode beyond each is
+        ("above", "i8"),
+        ("kept", "f8", STATE),  # the quantity, of the states less the equilibrium
+        ("kept_rate", "f8", STATE),  # and its change over a period
+        ("kept_at_rest", "f8"),  # what it is at the equilibrium, as for the states
+        ("kept_per_speed", "f8"),
         ("number", "i8"),  # of the rig, for the one who makes the shortest steps
         ("make_shortest", "i8"),  # the address of a function that makes them, and tells where they are
         ("shortest", "i8"),  # the address of the tables below UNIT_RUNG; 0 where they are not made

@@ -5,21 +5,23 @@ where it begins (`drillrig_env.stepper.collocation`), and kept if no node leaves
 where about it meets the kink, such as that at |x_3| = omega_s; shorter steps lead up to there, and a `fine` one leads
 across, exactly (`drillrig_env.stepper.kinks`). What even that cannot do, such as a bit that shoots through the stick
 zone, is left to ever shorter steps, the last ones below a picosecond. Where not even these are solved, or too many
-would be needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite,
-and minus infinity says that disc 2 would turn backwards, where T_r2, which is constant, would drive it.
+would be needed, the states become NaN: no number is better than a wrong one. A state that overflows ends as infinite.
+
+A rig may have several modes (`drillrig_env.stepper.modes`). A step that leaves its mode is treated as one that meets a
+kink: shorter ones lead up to there, and a `fine` one leads across (`drillrig_env.stepper.switching`).
 """
 
 from __future__ import annotations
 
-from math import inf, nan, sqrt
+from math import inf, nan
 
-from drillrig_env.arrays import FloatArray, Record
-from drillrig_env.friction.contact import EXPONENTIAL
-from drillrig_env.friction.law import steepest_of, zone_of
+from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.friction.law import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
+from drillrig_env.stepper.caution import caution_for
 from drillrig_env.stepper.collocation import evaluate, solve_nodes, take_step
-from drillrig_env.stepper.kinks import step_through_kinks
 from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, table_of
+from drillrig_env.stepper.switching import enter, step_across, to_own_mode, way_out
 from drillrig_env.stepper.turning import begin_turning
 
 _SAMPLE_UNITS = UNITS // SAMPLES
@@ -32,33 +34,28 @@ _STICK_RUNG, _KINK_RUNG = 1, SAMPLED_RUNGS
 _LARGEST = 1e100
 """A state beyond this has overflowed."""
 
-_PER_FALL, _GROWING = 1.0 / 1.5, 4.0
-"""How much bounds tighten where friction falls faster with speed than to 1/e in 1/1.5 own units, or grows in time."""
-
-_PER_TILT = 4.0
-"""How much bounds tighten where the normal force changes by itself while disc 1 turns by 1 rad."""
-
 _MOST_STEPS = 1 << 20
 """Most steps of a period, tried ones counted."""
 
 
 @compiled
-def advance(y: FloatArray, contact: Record, ladder: Record, work: Record, sampled: bool, stop: int) -> None:
+def advance(y: FloatArray, contact: Record, ladders: Records, rig: int, work: Record, sampled: bool, stop: int) -> None:
     """Advance one rig over one period of held input, or its first `stop` of UNITS units, in place.
 
-    y        shape (8,): the 7 states less the frictionless equilibrium, and a pad
-    contact  a CONTACT record: the friction and the speed reference
-    ladder   the LADDER record of the rig
-    work     a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
-             (rad/s) and string torque (N m) are taken at equal distances, the last at the end
+    y             shape (8,): the 7 states less the frictionless equilibrium, and a pad
+    contact       a CONTACT record: the friction and the speed reference
+    ladders, rig  those of a `Tables`, and the place of the rig among them
+    work          a WORKSPACE record; where `sampled` is true, its SAMPLES samples of bit speed
+                  (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """
+    mode, has_modes, angle = rig, ladders[rig].has_modes, contact.angle
+    work.caution, work.fast_gain = caution_for(contact, ladders[rig]), 0.0
+    if has_modes:
+        mode = to_own_mode(y, rig, contact, ladders, work)
+    ladder = ladders[mode]
     first, fine_from = ladder.first, ladder.fine_from
     position, rung, end, end_of_period, tries = 0, first, stop * _PER_UNIT, UNITS * _PER_UNIT, 0
-    kink, slowest = end_of_period, ladder.slowest_collars - contact.speed_reference
-    work.caution, work.fast_gain = caution_for(contact, ladder), 0.0
-    if y[3] < slowest:
-        _refuse_reversal(y, work)
-        return
+    kink = end_of_period
     while position < end:
         zone = zone_of(y[2] + contact.speed_reference, contact.omega_s, contact.knee)
         if zone == 0:
@@ -74,43 +71,39 @@ def advance(y: FloatArray, contact: Record, ladder: Record, work: Record, sample
             work.length = contact.period * (float(size) / float(end_of_period))
             work.elapsed = contact.period * (float(position) / float(end_of_period))
             begin_turning(y, contact, work)
-        reach = solve_nodes(y, zone, contact, ladder, rung, work)
+        reach, new = solve_nodes(y, zone, contact, ladder, rung, work), mode
+        if has_modes and reach == 1.0 and rung < RUNGS - 1:
+            reach, new = way_out(y, mode, ladders, contact, rung, work, 1.0)
         if reach == 1.0:
             if sampled and rung < SAMPLED_RUNGS:
                 _sample_step(y, contact.speed_reference, ladder, rung, work, position // (_SAMPLE_UNITS * _PER_UNIT))
             take_step(y, table_of(ladder, rung), work)
             climb = 1
-        elif rung >= fine_from and step_through_kinks(y, zone, contact, ladder, rung, work, reach):
-            climb = rung
-        elif rung == RUNGS - 1 or tries > _MOST_STEPS:
-            _lose(y, work)
-            return
+            if has_modes and rung == RUNGS - 1:
+                new = to_own_mode(y, mode, contact, ladders, work)
         else:
+            new = step_across(y, zone, mode, new, ladders, contact, rung, work, reach) if rung >= fine_from else -1
+            climb = rung
+        if new < 0:
+            if rung == RUNGS - 1 or tries > _MOST_STEPS:
+                _lose(y, work)
+                return
             if reach > 0.0:
                 kink = position + int(reach * size)
             rung += 1
             continue
+        if new != mode:
+            mode, ladder = new, ladders[new]
+            first, fine_from = ladder.first, ladder.fine_from
         position += size
-        if y[3] < slowest:
-            _refuse_reversal(y, work)
-            return
         if sampled and rung >= SAMPLED_RUNGS and position % (_SAMPLE_UNITS * _PER_UNIT) == 0:
             _sample_state(y, contact.speed_reference, ladder, work, position // (_SAMPLE_UNITS * _PER_UNIT) - 1)
         rung = rung - climb if rung - climb > first else first
         if position > kink:
             kink = end_of_period
-
-
-@inlined
-def caution_for(contact: Record, ladder: Record) -> float:
-    """How much smaller than usual bounds on errors must be: more where friction falls fast, with speed or in time."""
-    steepest, bend = (contact.static - contact.kinetic) * contact.v_b, contact.v_b
-    if contact.law != EXPONENTIAL:
-        steepest, bend = steepest_of(contact)
-    growth: float = ladder.growth * steepest * (1.0 + contact.tilt)
-    caution: float = max(1.0, _PER_FALL * bend * ladder.unit[2])
-    caution = max(caution, _PER_TILT * contact.tilt * contact.turns)
-    return caution if growth <= 1.0 else max(caution, _GROWING * growth * sqrt(growth))
+    if mode != rig:
+        enter(y, mode, rig, contact, ladders, work)
+    contact.angle = angle
 
 
 @inlined
@@ -123,15 +116,6 @@ def _lose(y: FloatArray, work: Record) -> None:
         y[i] = inf if overflowed else nan
     for k in range(SAMPLES):
         work.speed_samples[k] = work.torque_samples[k] = y[2]
-
-
-@inlined
-def _refuse_reversal(y: FloatArray, work: Record) -> None:
-    """Mark a rig whose disc 2 turns backwards against a constant T_r2: all states minus infinity."""
-    for i in range(7):
-        y[i] = -inf
-    for k in range(SAMPLES):
-        work.speed_samples[k] = work.torque_samples[k] = -inf
 
 
 @inlined

@@ -28,6 +28,7 @@ from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import LADDER, RUNGS, SAMPLED_RUNGS
 from drillrig_env.stepper.limits import check_computable, with_lag
+from drillrig_env.stepper.modes import further_modes, join_modes
 from drillrig_env.stepper.rungs import in_units, longest_rungs, sampling_of
 from drillrig_env.stepper.shortest import CALL, Shortest, address_of
 from drillrig_env.stepper.units import Units, units_of
@@ -68,8 +69,8 @@ _TOLERANCES = (1e-7, 1e-3)
 class Tables:
     """The ladders of some rigs for one period (s) of held speed reference and one drive.
 
-    `ladders` holds a LADDER record a rig, for kernels, which call `make_shortest` by its address: whoever hands them
-    the ladders keeps the tables.
+    `ladders` holds a LADDER record a rig, and after these the ones of further modes (`drillrig_env.stepper.modes`), for
+    kernels, which call `make_shortest` by its address: whoever hands them the ladders keeps the tables.
     """
 
     rigs: tuple[Rig, ...]
@@ -96,12 +97,15 @@ def build_tables(
         raise refuse("simulate", "tolerance", tolerance, "rad/s", f"{low} to {high}")
     if not POSITIVE.holds(period):
         raise refuse("step_tables", "period", period, "s", POSITIVE)
-    ladders = np.zeros(len(rigs), dtype=LADDER)
-    make_shortest = CALL(Shortest(rigs, drive, period, ladders))
-    ladders["number"], ladders["make_shortest"] = np.arange(len(rigs)), address_of(make_shortest)
-    for rig, ladder in zip(rigs, ladders, strict=True):
+    for rig in rigs:
         check_computable(rig, drive)
+    systems = [*rigs, *(mode for rig in rigs for mode in further_modes(rig))]
+    ladders = np.zeros(len(systems), dtype=LADDER)
+    make_shortest = CALL(Shortest(systems, drive, period, ladders))
+    ladders["number"], ladders["make_shortest"] = np.arange(len(systems)), address_of(make_shortest)
+    for rig, ladder in zip(systems, ladders, strict=True):
         _write(ladder, with_lag(rig), drive, period, tolerance)
+    join_modes(ladders, rigs, drive)
     seen = ladders.view()
     seen.flags.writeable = False
     return Tables(tuple(rigs), drive, period, seen, make_shortest)
@@ -125,7 +129,6 @@ def _write(ladder: np.void, rig: Rig, drive: Drive | None, period: float, tolera
     lasting = (np.abs(modes) * longest > _LARGEST_SERIES) & (np.abs(modes.real) * longest < _DIES)
     ladder["watched"] = lasting.any() or not tried
     ladder["growth"] = units.time / rig.J_1 / (_TRIED_GROWTH if tried else _UNTRIED_GROWTH)
-    ladder["slowest_collars"] = -rig.omega_s if rig.T_r2 > 0.0 else -np.inf
     ladder["first"], ladder["fine_from"] = first, first + SAMPLED_RUNGS
     fastest = np.abs(modes).max() * step
     ladder["series_from"] = np.count_nonzero(~(fastest / 2.0 ** np.arange(RUNGS) <= _LARGEST_SERIES))

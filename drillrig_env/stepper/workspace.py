@@ -22,6 +22,9 @@ WORKSPACE = np.dtype(
         ("state", "f8", STATE),
         ("term", "f8", STATE),
         ("before", "f8", STATE),
+        ("origin", "f8", STATE),  # where a step begins within which the mode may change
+        ("end", "f8", STATE),  # and where it would end without
+        ("trial", "f8", STATE),
         ("fast", "f8", STATE),
         ("fast_left", "f8", STATE),
         ("fast_gain", "f8"),  # what of its rate is friction's; 0 where the fast settling is not known yet

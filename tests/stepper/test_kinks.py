@@ -13,7 +13,7 @@ from drillrig_env.stepper.ladder import STATE, from_equilibrium, to_states
 from drillrig_env.stepper.tables import step_tables
 from drillrig_env.stepper.workspace import workspace
 
-RIG, FRICTION, OMEGA_REF = Rig(T_r2=0.05), Friction(20.0), 2.0
+RIG, FRICTION, OMEGA_REF = Rig(), Friction(20.0), 2.0
 CONTACT = FRICTION.contacts(RIG, OMEGA_REF)[0]
 TABLES = step_tables(RIG, 0.1)
 LADDER = TABLES.ladders[0]
