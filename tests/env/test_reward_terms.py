@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from drillrig_env import Reward, RewardTerms, make_sb3
+from drillrig_env.env.generators import first_uniforms
+from drillrig_env.env.kernel import step_episodes
 from drillrig_env.env.quantities import ENTRIES
 from drillrig_env.env.reward_terms import MOST_TERMS
 from drillrig_env.stepper.finite import NotFiniteError
@@ -289,3 +291,15 @@ def test_the_page_tells_every_argument():
     page = (Path(__file__).parents[2] / "docs" / "environment.md").read_text(encoding="utf-8")
     for entry in ENTRIES:
         assert f"| `{entry.name}` | {entry.unit} | {entry.meaning} |" in page
+
+
+def test_no_kernel_is_compiled_for_terms():
+    core = gym.make_vec("DrillRig-v0", num_envs=2, threads=1).unwrapped.core
+    core.reset(np.arange(2), first_uniforms(0, 2))
+    core.step(np.zeros((2, 1), np.float32))
+    before = list(step_episodes.signatures)
+    for terms in (OFF, POWER):
+        core.change(reward=terms)
+        core.step(np.zeros((2, 1), np.float32))
+        assert (core.info()[f"reward_{terms.names[0]}"] != 0.0).any()
+    assert list(step_episodes.signatures) == before
