@@ -1,8 +1,9 @@
-"""Laws for rigs that nobody knows: tuned on a fleet, or told the motor.
+"""Laws for rigs that nobody knows and rigs that drift: tuned on such, or told the motor.
 
 A law that is tuned on one rig leans on it. These are the same laws with what `python -m baselines.tune NAME --suites
-unknown --sensors surface` found on a fleet of its own (`drillrig_env.seeds.TUNING_FLEETS`), for the sensors of the
-surface. They compete where they are asked for: `drillrig evaluate baselines/for_fleets.py:LQGOfFleet --suite unknown`.
+unknown --sensors surface` found on a fleet of its own (`drillrig_env.seeds.TUNING_FLEETS`), or with `--suites drift`
+on the nominal rig as it drifts, for the sensors of the surface. They compete where they are asked for: `drillrig
+evaluate baselines/for_fleets.py:LQGOfFleet --suite unknown`.
 """
 
 from __future__ import annotations
@@ -26,6 +27,12 @@ class LQGOfFleet(LQG):
     """`LQG`, tuned on a fleet; told nothing. Its model stays that of the nominal rig."""
 
     tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("lqg_fleet")
+
+
+class ZTorqueOfDrift(ZTorque):
+    """`ZTorque`, tuned on the nominal rig as it drifts; told nothing."""
+
+    tuned_values: ClassVar[dict[str, dict[str, float]]] = tuned_values("z_torque_drift")
 
 
 class SoftTorqueOfFleet(SoftTorque):
@@ -53,5 +60,6 @@ OF_FLEETS: dict[str, type[Baseline]] = {
     "z_torque_fleet": ZTorqueOfFleet,
     "lqg_fleet": LQGOfFleet,
     "soft_torque_fleet": SoftTorqueOfFleet,
+    "z_torque_drift": ZTorqueOfDrift,
 }
-"""What was tuned on a fleet, by its name in the record of tuning."""
+"""What was tuned on a fleet, or on a rig that drifts, by its name in the record of tuning."""

@@ -46,7 +46,7 @@ from drillrig_env.seeds import TUNING_FLEETS, TUNING_SEEDS
 
 COMMAND = "python -m baselines.tune"
 _SEEDS = Allowed(TUNING_SEEDS.start, TUNING_SEEDS[-1], whole=True)
-_SUITES = ("default", "wide", "load", "degraded", "unknown", "unknown_hard")
+_SUITES = ("default", "wide", "load", "degraded", "unknown", "unknown_hard", "drift")
 _CONTROLLERS = BASELINES | OF_FLEETS
 _LINE = 20  # tries between two lines where the output is no terminal
 _POPULATION = 6  # tries a generation, for each gain

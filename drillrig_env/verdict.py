@@ -15,6 +15,9 @@ from drillrig_env.arrays import FloatArray, Quantity
 CALM_INDEX = 0.1
 """Calm is a stick-slip index below this..."""
 
+MOVING_INDEX = 0.5
+"""Below this index the bit is certain not to stand still: where the lowest speed is 0 the highest is above the mean."""
+
 LEAST_MEAN = 0.05
 """...at a mean bit speed (rad/s) above this: standing still is not calm. The chapter rig's, as all here."""
 
@@ -35,14 +38,16 @@ def stick_slip_index(lowest: Quantity, highest: Quantity, mean: Quantity) -> Flo
     return np.where(np.asarray(mean) > 0.0, index, np.inf)
 
 
-def is_calm(lowest: Any, highest: Any, mean: Any, speed_scale: float = 1.0) -> Any:
-    """Whether windows of bit speed are calm, SSI < CALM_INDEX; numbers or arrays.
+def is_calm(lowest: Any, highest: Any, mean: Any, speed_scale: float = 1.0, index: float = CALM_INDEX) -> Any:
+    """Whether windows of bit speed are calm, SSI < `index`; numbers or arrays.
 
     `speed_scale` is the rig's scale of speeds, see `drillrig_env.scales`.
     """
-    return (highest - lowest < CALM_INDEX * 2.0 * mean) & (mean > LEAST_MEAN * speed_scale)
+    return (highest - lowest < index * 2.0 * mean) & (mean > LEAST_MEAN * speed_scale)
 
 
-def is_mitigated(lowest: Any, highest: Any, mean: Any, target: Any, speed_scale: float = 1.0) -> Any:
+def is_mitigated(
+    lowest: Any, highest: Any, mean: Any, target: Any, speed_scale: float = 1.0, index: float = CALM_INDEX
+) -> Any:
     """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays."""
-    return is_calm(lowest, highest, mean, speed_scale) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)
+    return is_calm(lowest, highest, mean, speed_scale, index) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)

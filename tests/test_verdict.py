@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from drillrig_env.verdict import is_calm, is_mitigated, stick_slip_index
+from drillrig_env.verdict import MOVING_INDEX, is_calm, is_mitigated, stick_slip_index
 
 
 @pytest.mark.parametrize("speed", [1e-6, 0.01, 0.049])
@@ -41,3 +41,19 @@ def test_index_of_known_windows():
         np.array([1.8, 0.0, -1.0, 3.0]), np.array([2.2, 0.0, 0.0, 3.0]), np.array([2.0, 0, -0.5, 3])
     )
     assert found.tolist() == pytest.approx([0.1, np.inf, np.inf, 0.0])
+
+
+def test_below_the_moving_index_the_bit_never_stands_still():
+    """Whatever the wave: one that touches 0 has an index of a half and more."""
+    random = np.random.default_rng(1)
+    waves = np.abs(random.standard_normal((500, 40))) ** random.uniform(0.05, 3.0, (500, 1))
+    waves -= waves.min(axis=1, keepdims=True)  # each stands still at some time
+    index = stick_slip_index(waves.min(axis=1), waves.max(axis=1), waves.mean(axis=1))
+    assert index.min() >= MOVING_INDEX
+    almost = 1.0 - 1e-6  # and no smaller index would do: a bit that stops for a moment only
+    assert stick_slip_index(0.0, 1.0, almost) == pytest.approx(MOVING_INDEX, rel=1e-5)
+    lowest, highest, mean = 1.2, 3.6, 3.0
+    assert is_calm(lowest, highest, mean, index=MOVING_INDEX)
+    assert not is_calm(lowest, highest, mean)
+    assert is_mitigated(lowest, highest, mean, 3.1, index=MOVING_INDEX)
+    assert not is_mitigated(lowest, highest, mean, 3.5, index=MOVING_INDEX)

@@ -31,7 +31,8 @@ class Episodes:
 
     Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, string torque
     (N m, at its end and the highest within), speed reference and top speed (rad/s, at its end) and
-    reward. `friction` is that of the episode's end. `rigs` are those of the fleet, or the one that all episodes share.
+    reward. `friction` is that of the episode's end. `rigs` are those of the fleet, or the one that all episodes share,
+    and `calm_index` is the stick-slip index below which the suite takes them for calm.
     """
 
     task: Task
@@ -49,6 +50,7 @@ class Episodes:
     reward: FloatArray
     rigs: tuple[Rig, ...]
     place: npt.NDArray[np.intp]  # of each episode's rig in `rigs`, (n,)
+    calm_index: float
 
 
 def play(
@@ -126,4 +128,5 @@ def run(
         if progress:
             progress(step + 1, core.steps)
     target, place = core.episodes["speed_target"].copy(), core.episodes["rig"].copy()
-    return Episodes(core.task, target, core.friction, start, rigs=core.bank.rigs, place=place, **traces)
+    rigs, index = core.bank.rigs, suite.calm_index
+    return Episodes(core.task, target, core.friction, start, rigs=rigs, place=place, calm_index=index, **traces)

@@ -13,7 +13,7 @@ from drillrig_env.friction import Friction
 from drillrig_env.model import steady_state, torque_into_string
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_slope, critical_speed, end_of_stick_slip
-from drillrig_env.verdict import CALM_INDEX, WINDOW, is_calm, is_mitigated, stick_slip_index
+from drillrig_env.verdict import WINDOW, is_calm, is_mitigated, stick_slip_index
 
 TRAILING = 5.0
 """Window of the trailing stick-slip index that "time to calm" looks at, s on the chapter's rig."""
@@ -22,7 +22,7 @@ SCORES = {
     "ssi": ("", "stick-slip index over the last 10 s"),
     "calm": ("", "calm over the last 10 s"),
     "mitigated": ("", "calm, with the mean bit speed within 5 % of the target"),
-    "time_to_calm": ("s", "from when on the index over the trailing 5 s stays below 0.1"),
+    "time_to_calm": ("s", "from when on the index over the trailing 5 s stays calm, below 0.1"),
     "stuck": ("", "share of the time with a bit speed below 0.01 rad/s"),
     "peak_speed": ("", "highest bit speed over the target"),
     "peak_torque": ("", "highest string torque over its steady value"),
@@ -104,15 +104,15 @@ def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
     window = round(WINDOW * scales.time / period)
     lowest = episodes.lowest[:, -window:].min(axis=1)
     highest = episodes.highest[:, -window:].max(axis=1)
-    mean = episodes.average[:, -window:].mean(axis=1)
+    mean, index = episodes.average[:, -window:].mean(axis=1), episodes.calm_index
     described = describe_fleet(episodes.rigs, episodes.place, episodes.friction, target)
     return {
         **{name: described[name] for name in ("speed_target", "normal_force", "mu_s", "mu_k", "v_b")},
         "start": episodes.start,
         **{name: described[name] for name in ("critical_speed", "fold", "region", "hardness")},
         "ssi": stick_slip_index(lowest, highest, mean),
-        "calm": is_calm(lowest, highest, mean, scales.speed),
-        "mitigated": is_mitigated(lowest, highest, mean, target, scales.speed),
+        "calm": is_calm(lowest, highest, mean, scales.speed, index),
+        "mitigated": is_mitigated(lowest, highest, mean, target, scales.speed, index),
         "time_to_calm": time_to_calm(episodes),
         "stuck": episodes.stuck.mean(axis=1),
         "peak_speed": episodes.highest.max(axis=1) / target,
@@ -144,7 +144,7 @@ def _fold(rig: Rig, friction: Friction) -> float:
 
 
 def time_to_calm(episodes: Episodes) -> FloatArray:
-    """First time (s) after which the trailing stick-slip index stays below 0.1; the whole episode if never."""
+    """First time (s) after which the trailing stick-slip index stays calm; the whole episode if never."""
     period = episodes.task.control_period
     width = round(TRAILING * episodes.task.scales.time / period)
     steps = episodes.lowest.shape[1]
@@ -154,7 +154,7 @@ def time_to_calm(episodes: Episodes) -> FloatArray:
         windows(episodes.highest, width, axis=1).max(axis=2),
         windows(episodes.average, width, axis=1).mean(axis=2),
     )
-    shaking = index >= CALM_INDEX
+    shaking = index >= episodes.calm_index
     last = np.where(shaking.any(axis=1), shaking.shape[1] - np.argmax(shaking[:, ::-1], axis=1), 0)
     first_calm_step = np.where(last == shaking.shape[1], steps, last + width)
     return np.asarray(first_calm_step * period)

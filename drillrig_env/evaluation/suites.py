@@ -8,15 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.env.registration import UNKNOWN
+from drillrig_env.env.registration import DRIFT, UNKNOWN
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.fleet import Fleet
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.scales import SLEW_LIMIT, Scales
 from drillrig_env.seeds import EVALUATION_FLEETS, EVALUATION_SEEDS
+from drillrig_env.verdict import CALM_INDEX, MOVING_INDEX
 
 _CHAPTER = Scales()
 _LARGEST_FLEET = 256
+
+_VARYING = ("rigs", "wandering", "tilt", "course")
+"""Fields of a scenario that a definition leaves out where they say nothing, as before there were any of them."""
 
 STICKING: dict[str, Any] = {"start": "stick_slip", "load_steps": []}
 """The reset options of an episode from developed stick-slip at a constant normal force."""
@@ -28,7 +32,8 @@ class Suite:
 
     `env` holds the arguments of the environment that the suite sets (noise, delay, slew limit); rig i
     has the seed `first_seed` + i. `scales` are those of the rig that all share, or of the nominal one of a fleet.
-    `env_id` is the environment whose sensors are meant, where that is not open.
+    `env_id` is the environment whose sensors are meant, where that is not open, and `calm_index` the stick-slip index
+    below which a rig is calm.
     """
 
     name: str
@@ -39,6 +44,7 @@ class Suite:
     first_seed: int = EVALUATION_SEEDS.start
     scales: Scales = field(default_factory=Scales)
     env_id: str | None = None
+    calm_index: float = CALM_INDEX
 
     @property
     def rigs(self) -> int:
@@ -68,10 +74,14 @@ class Suite:
         groups = [[count, {name: _plain(value) for name, value in options.items()}] for count, options in self.groups]
         env = {name: _plain(value) for name, value in self.env.items()}
         scenario = {name: _plain(value) for name, value in asdict(self.scenario).items()}
-        if self.scenario.rigs is None:
-            del scenario["rigs"]
+        idle = [name for name in _VARYING if scenario[name] is None]
+        if self.scenario.target_step == 0.0:
+            idle += ["target_step", "target_time"]
+        scenario = {name: value for name, value in scenario.items() if name not in idle}
+        verdict = {} if self.calm_index == CALM_INDEX else {"calm_index": self.calm_index}
         return {
             "description": self.description,
+            **verdict,
             "rigs": self.rigs,
             "first_seed": self.first_seed,
             "env": env,
@@ -137,6 +147,23 @@ def unknown_hard_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
     return _of_fleet("unknown_hard", "rigs that nobody knows at all, seen late", spread, (1, 4), rigs, scales)
 
 
+def drift_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
+    """The nominal rig in stick-slip, with friction that wanders, a tilted disc, and one step of the target.
+
+    Such a rig is never quite calm, however well it is held: it counts as calm where the bit is certain not to stop.
+    """
+    return Suite(
+        "drift",
+        f"friction wanders, the disc is tilted, the target steps; calm below an index of {MOVING_INDEX}",
+        Scenario.named(DRIFT).at(scales),
+        _sticking(rigs),
+        {"noise": 1.0, "delay": (1, 2)},
+        scales=scales,
+        env_id="DrillRigDrift-v0",
+        calm_index=MOVING_INDEX,
+    )
+
+
 _OF_ONE_RIG: dict[str, Callable[[int, Scales], Suite]] = {
     "chapter": chapter_suite,
     "default": default_suite,
@@ -145,11 +172,11 @@ _OF_ONE_RIG: dict[str, Callable[[int, Scales], Suite]] = {
     "degraded": degraded_suite,
 }
 
-SUITES = _OF_ONE_RIG | {"unknown": unknown_suite, "unknown_hard": unknown_hard_suite}
+SUITES = _OF_ONE_RIG | {"unknown": unknown_suite, "unknown_hard": unknown_hard_suite, "drift": drift_suite}
 """Every suite by name, in the order of the results."""
 
 OF_ONE_RIG = tuple(_OF_ONE_RIG)
-"""The suites whose episodes all have the same rig."""
+"""The suites of one rig that stays as it is, which are run where none is named."""
 
 DRAWS = 16
 """Episodes of each rig of a fleet."""

@@ -11,11 +11,11 @@ from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import describe, describe_fleet, score
 from drillrig_env.evaluation.statistics import mean, median, over_rigs, rate
-from drillrig_env.evaluation.suites import DRAWS, OF_ONE_RIG, SUITES, suite
+from drillrig_env.evaluation.suites import DRAWS, SUITES, suite
 from drillrig_env.evaluation.tables import differences, estimates
 from drillrig_env.seeds import EVALUATION_FLEETS, TRAINING_FLEETS, TUNING_FLEETS
 
-FLEETS = [name for name in SUITES if name not in OF_ONE_RIG]
+FLEETS = [name for name in SUITES if suite(name).scenario.rigs is not None]
 
 
 def test_no_fleet_that_is_judged_is_one_to_learn_or_tune_on():

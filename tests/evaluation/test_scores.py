@@ -9,7 +9,7 @@ from drillrig_env.evaluation.scores import SCORES, folds, score
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.seeds import EVALUATION_SEEDS
 from drillrig_env.stability import end_of_stick_slip
-from drillrig_env.verdict import stick_slip_index
+from drillrig_env.verdict import CALM_INDEX, stick_slip_index
 
 
 def episode(lowest, highest, average, target=2.0, **changes):
@@ -30,6 +30,7 @@ def episode(lowest, highest, average, target=2.0, **changes):
         "reward": np.full((1, steps), -0.25),
         "rigs": (Rig(),),
         "place": np.zeros(1, dtype=np.intp),
+        "calm_index": CALM_INDEX,
     }
     return Episodes(**{**values, **changes})
 
