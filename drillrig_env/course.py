@@ -27,6 +27,9 @@ _ALLOWED: dict[str, tuple[str, Allowed]] = {
 COLUMNS = tuple(_ALLOWED)
 """What a course can give, in the order of `Course.table`."""
 
+_SHOWN = 80
+"""Most characters that a message shows of what is wrong."""
+
 _SAME = 1e-9
 """Share of a time by which one that is looked up may lie before it, in rounding."""
 
@@ -53,19 +56,16 @@ class Course:
     speed_target: Values = None
 
     def __post_init__(self) -> None:
-        time = _numbers("time", "s", self.time)
-        ascending = time.ndim == 1 and len(time) > 0 and np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0)
-        if not ascending or time[0] != 0.0:
-            raise refuse("Course", "time", time, "s", "ascending, finite, from 0")
+        time = _times(self.time)
         object.__setattr__(self, "time", time)
         for name, (unit, allowed) in _ALLOWED.items():
             if (given := getattr(self, name)) is not None:
                 values = _numbers(name, unit, [given(float(t)) for t in time] if callable(given) else given)
                 if values.shape != time.shape:
                     raise refuse("Course", f"shape of {name}", values.shape, "", f"{time.shape}, a value for each time")
-                for t, value in zip(time, values, strict=True):
-                    if not allowed.holds(value):
-                        raise refuse("Course", f"{name} at {t:g} s", value, unit, allowed)
+                if not allowed.holds(values):
+                    i = next(i for i, value in enumerate(values) if not allowed.holds(value))
+                    raise refuse("Course", f"{name} at {time[i]:g} s", values[i], unit, allowed)
                 object.__setattr__(self, name, values)
         if not self.given:
             raise refuse("Course", "what is given", "nothing", "", f"at least one of {', '.join(COLUMNS)}")
@@ -103,7 +103,7 @@ class Course:
             rows = list(csv.reader(Path(path).read_text(encoding="utf-8-sig").splitlines()))
         except FileNotFoundError as error:
             raise FileNotFoundError(f"course: there is no file {path}") from error
-        except (OSError, UnicodeDecodeError) as error:
+        except (OSError, UnicodeDecodeError, csv.Error) as error:
             raise ValueError(f"course: {str(path)!r} is no file that can be read: {error}") from error
         lines = [(number, row) for number, row in enumerate(rows, 1) if any(cell.strip() for cell in row)]
         header = [name.strip() for name in lines[0][1]] if lines else []
@@ -111,7 +111,8 @@ class Course:
             if name not in ("time", *COLUMNS):
                 raise ValueError(f"{path}: column {name!r} is not known; {closest(name, ('time', *COLUMNS))}")
             if (count := header.count(name)) != 1:
-                raise ValueError(f"{path}: column {name!r} is there {count} times; allowed: once")
+                found = ", ".join(map(repr, header))[:_SHOWN] or "nothing"
+                raise ValueError(f"{path}: column {name!r} is there {count} times; allowed: once; columns: {found}")
         table = np.empty((len(lines) - 1, len(header)))
         for place, (number, row) in enumerate(lines[1:]):
             if len(row) != len(header):
@@ -143,6 +144,18 @@ class Course:
         return np.stack([np.full(len(held), np.nan) if given is None else given[held] for given in columns], axis=1)
 
 
+def _times(given: Any) -> FloatArray:
+    """The times of a course, an array of its own. `ValueError` for the first one that is not allowed."""
+    time, allowed = _numbers("time", "s", given), "ascending, finite, from 0"
+    if time.ndim != 1 or len(time) == 0:
+        raise refuse("Course", "shape of time", time.shape, "", "(n,), one time or more")
+    right = np.isfinite(time) & np.concatenate([time[:1] == 0.0, np.diff(time) > 0.0])
+    if not np.all(right):
+        i = int(np.argmin(right))
+        raise refuse("Course", f"time {i}", time[i], "s", allowed)
+    return time
+
+
 def _numbers(name: str, unit: str, given: Any) -> FloatArray:
     """An array of its own, of numbers. `ValueError` where it is something else."""
     try:
@@ -150,5 +163,6 @@ def _numbers(name: str, unit: str, given: Any) -> FloatArray:
         if array.dtype.kind not in "iuf":
             raise TypeError
     except (TypeError, ValueError) as error:
-        raise refuse("Course", name, repr(given), unit, "numbers, one for each time, or a function of time") from error
+        allowed = f"numbers, one for each time{f', in {unit}' if unit else ''}"
+        raise refuse("Course", name, repr(given)[:_SHOWN], "", allowed) from error
     return np.array(array, dtype=float)

@@ -51,8 +51,10 @@ class Inputs:
 
         Times less than `same` (s) apart are one.
         """
-        changes = sorted(t for t in self.switches if t < time[-1] - same and np.abs(time - t).min() > same)
-        stops = np.unique(np.concatenate([time, changes]))
+        switches = self.switches[self.switches < time[-1] - same]
+        later = np.searchsorted(time, switches)
+        apart = np.minimum(time[later] - switches, switches - time[np.maximum(later - 1, 0)])
+        stops = np.union1d(time, switches[apart > same])
         intervals = np.diff(stops)
         intervals[np.abs(intervals - time[1]) <= same] = time[1]  # differences of times round, which would add up
         begins = stops[:-1]
@@ -60,10 +62,10 @@ class Inputs:
         return Pieces(stops, intervals, self.reference(begins, same), self.coefficients(begins, same), law)
 
     @property
-    def switches(self) -> set[float]:
-        """The times (s) at which something may change."""
-        of_course = [] if self.course is None else self.course.time.tolist()
-        return {t for t, _ in self.references + self.forces} | set(of_course)
+    def switches(self) -> FloatArray:
+        """The times (s) at which something may change, ascending."""
+        of_course = np.empty(0) if self.course is None else self.course.time
+        return np.union1d([t for t, _ in self.references + self.forces], of_course)
 
     def reference(self, times: FloatArray, same: float) -> FloatArray:
         """The speed reference (rad/s) at `times` (s); a switch less than `same` (s) later has been."""

@@ -173,18 +173,12 @@ def simulate(
 
 
 def _fast(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolerance: float) -> FloatArray:
-    """The fast stepper: intervals of one length, such as whole sample periods, share one call."""
-    states = np.empty((len(pieces.stops), 7))
-    states[0] = state
-    lengths = pieces.intervals
-    starts = np.flatnonzero(np.concatenate([[True], lengths[1:] != lengths[:-1]]))
-    for first, last in pairwise([*starts, len(lengths)]):
-        every, period = step_of(rig, float(lengths[first]))
-        contacts = pieces.friction(first, last).contacts(rig, pieces.references[first:last], last - first)
-        if disc is not None:
-            disc.put_on(contacts, float(pieces.angles(states[: first + 1])[-1]))
-        states[first + 1 : last + 1] = advance_along(rig, contacts, states[first], period, every, tolerance)
-    return states
+    """The fast stepper: one compiled call along all intervals."""
+    _, period = step_of(rig, float(pieces.intervals.max()))
+    contacts = pieces.friction(0, len(pieces.intervals)).contacts(rig, pieces.references, len(pieces.intervals))
+    if disc is not None:
+        disc.put_on(contacts, 0.0)
+    return np.concatenate([state[None], advance_along(rig, contacts, state, pieces.intervals, period, tolerance)])
 
 
 def _by_pieces(solve: Callable[..., FloatArray]) -> _Method:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from drillrig_env import Course, Friction, Rig, Tilt, simulate
+from drillrig_env.inputs import Inputs
 from drillrig_env.simulation import SIGNALS
+from drillrig_env.stepper.tables import step_tables
 
 TIME = np.array([0.0, 0.5, 2.0])
 
@@ -43,7 +45,9 @@ def test_a_csv_file_is_read_with_its_columns_in_any_order(tmp_path):
         ("time,v_b,v_b\n0,1,1\n", "column 'v_b' is there 2 times"),
         ("time,v_b\n0,-1\n", "v_b at 0 s = -1.0 s/rad is not allowed; allowed: > 0"),
         ("", "column 'time' is there 0 times"),
-        ("time,v_b\n", r"time = \[\] s is not allowed"),
+        ("time,v_b\n", r"shape of time = \(0,\) is not allowed; allowed: \(n,\)"),
+        ("time;v_b\n0;1\n", "allowed: once; columns: 'time;v_b'"),
+        ("time,v_b\n0," + "1" * 200_000, "is no file that can be read: field larger than"),
     ],
 )
 def test_a_file_that_is_no_course_is_refused_with_its_line(tmp_path, text, words):
@@ -60,6 +64,9 @@ def test_a_file_that_is_no_course_is_refused_with_its_line(tmp_path, text, words
         ({"time": [0.0, 0.0], "v_b": [1.0, 1.0]}, "ascending, finite, from 0"),
         ({"time": [0.1, 0.2], "v_b": [1.0, 1.0]}, "ascending, finite, from 0"),
         ({"time": [0.0, np.nan], "v_b": [1.0, 1.0]}, "ascending, finite, from 0"),
+        ({"time": [*range(500), 7.0], "v_b": np.ones(501)}, r"^Course: time 500 = 7.0 s is not allowed; [^\n]*$"),
+        ({"time": np.zeros((2, 2)), "v_b": np.ones((2, 2))}, r"shape of time = \(2, 2\) is not allowed"),
+        ({"time": range(500), "v_b": lambda t: None}, r"^Course: v_b = .{80} is not allowed; allowed: numbers[^\n]*$"),
         ({"time": [0.0, 1.0], "v_b": [1.0]}, r"shape of v_b = \(1,\) is not allowed; allowed: \(2,\)"),
         ({"time": [0.0, 1.0], "v_b": [1.0, np.nan]}, "v_b at 1 s = nan s/rad is not allowed"),
         ({"time": [0.0, 1.0], "v_b": lambda t: "x"}, "v_b = .* is not a"),
@@ -110,6 +117,24 @@ def test_coefficients_over_time_agree_with_runs_of_each_piece(off_grid):
     np.testing.assert_allclose(run.state[-1], state, atol=1e-6)
     np.testing.assert_allclose(run.friction_torque, reference.friction_torque, atol=1e-4)
     assert run.friction_torque[10] == Friction(18.0, 0.7, 0.2, 0.4).torque(Rig(), run.bit_speed[10])
+
+
+def test_a_course_of_any_times_takes_two_tables_and_agrees_with_radau():
+    random = np.random.default_rng(0)
+    times = np.array([0.0, 3e-9, *np.sort(random.uniform(0.0, 2.0, 40))])
+    course = Course(times, normal_force=random.uniform(5.0, 25.0, len(times)))
+    arguments = {"speed_reference": 2.5, "duration": 2.0, "sample_period": 0.13, "course": course}
+    built = step_tables.cache_info().misses
+    fast = simulate(Rig(J_1=0.03), **arguments)
+    assert step_tables.cache_info().misses <= built + 2
+    np.testing.assert_allclose(fast.state, simulate(Rig(J_1=0.03), method="radau", **arguments).state, atol=1e-7)
+
+
+def test_long_courses_are_looked_through_at_once():
+    course = Course(0.001 * np.arange(100_000), normal_force=np.tile([20.0, 10.0], 50_000), v_b=np.ones(100_000))
+    pieces = Inputs.of(Friction(), 2.0, None, course).pieces(0.001 * np.arange(100_001.0), 1e-11)
+    assert pieces.intervals.tolist() == [0.001] * 100_000
+    assert pieces.coefficients[:3, 0].tolist() == [20.0, 10.0, 20.0]
 
 
 def test_a_simulation_refuses_what_is_given_twice_or_is_for_environments():

@@ -170,6 +170,12 @@ def no_curvature(speed, mu_s, mu_k, v_b):
     return 0.0
 
 
+def imports_within(speed, mu_s, mu_k, v_b):
+    import math
+
+    return math.sqrt(speed)
+
+
 @pytest.mark.parametrize(
     ("functions", "words"),
     [
@@ -177,7 +183,9 @@ def no_curvature(speed, mu_s, mu_k, v_b):
         ((exponential, exponential_slope, no_curvature), ["curvature = 0 ", "which differences give"]),
         ((falls_below_nothing, as_fast, no_curvature), ["the coefficient >= 0"]),
         ((exponential, exponential_slope, 3.0), ["curvature = 3.0 is no function"]),
-        ((exponential, exponential_slope, lambda speed: 0.0), ["cannot be compiled"]),
+        ((exponential, exponential_slope, lambda speed: 0.0), ["cannot be compiled: Cannot bind "]),
+        ((exponential, exponential_slope, imports_within), ["cannot be compiled: Use of unsupported opcode"]),
+        ((exponential, exponential_slope, print), ["is no function"]),
     ],
 )
 def test_wrong_laws_are_refused(functions, words):

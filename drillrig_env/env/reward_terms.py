@@ -26,6 +26,7 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.quantities import BY_NAME
+from drillrig_env.jit.compiled import NOT_COMPILED, is_compilable, reason_of
 from drillrig_env.modules import found_in, is_place
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.stepper.finite import NotFiniteError
@@ -66,10 +67,11 @@ class RewardTerms:
             allowed = f"1 to {MOST_TERMS} different names, none of them {', '.join(TERMS)}"
             raise refuse("RewardTerms", "names", tuple(names), "", allowed)
         object.__setattr__(self, "names", tuple(names))
-        if not callable(self.function):
-            raise refuse("RewardTerms", "function", repr(self.function), "", "a function of what an episode says")
         if not isinstance(self.compiled, bool):
             raise refuse("RewardTerms", "compiled", repr(self.compiled), "", "True or False")
+        if not (is_compilable(self.function) if self.compiled else callable(self.function)):
+            allowed = "a function of what an episode says; with compiled=False whatever can be called"
+            raise refuse("RewardTerms", "function", repr(self.function), "", allowed)
         self.arguments  # noqa: B018  says which is not known
         if self.compiled:
             address_of(self)
@@ -197,8 +199,8 @@ def _machine_code(terms: RewardTerms) -> Any:
         lines = ["place, action", "episode = carray(place, 1)[0]", *unknown, "found = ask(episode, action)", *keep]
         evaluate = _made("evaluate", lines, carray=compiler.carray, ask=ask, nan=nan)
         return compiler.cfunc(types.void(types.CPointer(record), types.float64), error_model="numpy")(evaluate)
-    except numba.core.errors.NumbaError as error:
-        reason = str(error).strip().splitlines()[-1]
+    except NOT_COMPILED as error:
+        reason = f"{reason_of(error)}; compiled=False leaves it to Python"
         raise ValueError(f"RewardTerms {terms}: the function cannot be compiled: {reason}") from error
 
 

@@ -26,6 +26,7 @@ import numba
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.jit.compiled import NOT_COMPILED, is_compilable, reason_of
 from drillrig_env.jit.pointer import SIGNATURE
 from drillrig_env.modules import found_in
 
@@ -132,13 +133,12 @@ def _machine_code(law: Law) -> Any:
 
     try:
         return numba.cfunc(SIGNATURE, error_model="numpy")(evaluate)
-    except numba.core.errors.NumbaError as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise ValueError(f"Law {law.name!r}: its functions cannot be compiled: {reason}") from error
+    except NOT_COMPILED as error:
+        raise ValueError(f"Law {law.name!r}: its functions cannot be compiled: {reason_of(error)}") from error
 
 
 def _compiled(law: Law, name: str) -> Any:
     function: Any = getattr(law, name)
-    if not callable(function):
+    if not is_compilable(function):
         raise ValueError(f"Law {law.name!r}: {name} = {function!r} is no function of speed, mu_s, mu_k and v_b")
     return function if hasattr(function, "py_func") else numba.njit(error_model="numpy")(function)

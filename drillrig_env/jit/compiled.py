@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Hashable
 from functools import partial
 from typing import Any, Literal, TypeVar
@@ -22,6 +23,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 
 
+NOT_COMPILED: tuple[type[Exception], ...] = (
+    numba.core.errors.NumbaError,
+    numba.core.errors.UnsupportedBytecodeError,
+)
+"""What Numba raises for a function that it cannot compile."""
+
+
 def compiled(function: F) -> F:
     """Compile `function` with Numba: IEEE arithmetic, no GIL, machine code cached on disk.
 
@@ -34,6 +42,17 @@ def compiled(function: F) -> F:
 def inlined(function: F) -> F:
     """Like `compiled`, for small functions on the hot path: their body becomes part of the caller."""
     return _compile(function, inline="always")
+
+
+def is_compilable(function: object) -> bool:
+    """Whether this is a function of Python's, or one that is compiled already; Numba takes no other callable."""
+    return inspect.isfunction(function) or hasattr(function, "py_func")
+
+
+def reason_of(error: Exception) -> str:
+    """What a function cannot be compiled for, in a line, from the many that Numba has around it."""
+    lines = (line.strip() for line in str(error).splitlines())
+    return next((line for line in lines if line and not line.startswith(("Failed in ", "During: "))), str(error))
 
 
 _ENTRY_POINTS: dict[Hashable, Callable[..., Any]] = {}

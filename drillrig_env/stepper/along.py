@@ -1,12 +1,16 @@
-"""The fast stepper along one rig's inputs: a contact for each of many steps, in one compiled call."""
+"""The fast stepper along one rig's inputs: a contact for each of many intervals, in one compiled call.
+
+Intervals of any length are whole periods and a rest, which is counted in units of the period, and what is left of that
+in units of such a unit: two ladders do for all of them.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from drillrig_env.arrays import FloatArray, Records
-from drillrig_env.jit.compiled import compiled
+from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
 from drillrig_env.stepper.propagator import advance
@@ -15,22 +19,28 @@ from drillrig_env.stepper.workspace import workspace
 
 
 def advance_along(
-    rig: Rig, contacts: np.ndarray, state: FloatArray, period: float, every: int, tolerance: float
+    rig: Rig, contacts: np.ndarray, state: FloatArray, lengths: FloatArray, period: float, tolerance: float
 ) -> FloatArray:
-    """Advance one rig over n intervals, each of `every` periods (s), with the contact of each; its states, (n, 7).
+    """Advance one rig over n intervals of some `lengths` (s), with the contact of each; its states, shape (n, 7).
 
-    `contacts` are records of CONTACT, shape (n,), `state` has shape (7,). On a tilted disc the angle of the first
-    contact is m theta_1 + phi at the start; those of the others follow.
+    `contacts` are records of CONTACT, shape (n,), `state` has shape (7,), and `period` (s) is what steps are taken
+    from. On a tilted disc the angle of the first contact is m theta_1 + phi at the start; those of the others follow.
     """
-    tables = step_tables(rig, period, tolerance)
-    contacts = contacts.copy()
-    contacts["period"] = period
+    parts = _parts(lengths, period)
+    coarse = step_tables(rig, period, tolerance)
+    fine = step_tables(rig, period / UNITS, tolerance) if parts[:, 2].any() else coarse
     changed = np.ones(len(contacts), dtype=np.bool_)
     changed[1:] = contacts[1:] != contacts[:-1]
     result = np.empty((len(contacts), 7))
-    start = np.array(state, dtype=float)
-    _advance(start, contacts, changed, every, tables.ladders, workspace(), result)
+    start, contacts = np.array(state, dtype=float), contacts.copy()
+    _advance(start, contacts, changed, parts, period, coarse.ladders, fine.ladders, workspace(), result)
     return result
+
+
+def _parts(lengths: FloatArray, period: float) -> npt.NDArray[np.int64]:
+    """How many periods, units and units of a unit there are in each of n lengths; shape (n, 3)."""
+    periods, rest = np.divmod(np.rint(lengths / period * UNITS**2), UNITS**2)
+    return np.stack([periods, *np.divmod(rest, UNITS)], axis=1).astype(np.int64)
 
 
 @compiled
@@ -38,21 +48,37 @@ def _advance(
     state: FloatArray,
     contacts: Records,
     changed: npt.NDArray[np.bool_],
-    every: int,
-    ladders: Records,
+    parts: npt.NDArray[np.int64],
+    period: float,
+    coarse: Records,
+    fine: Records,
     works: Records,
     result: FloatArray,
 ) -> None:
-    work, ladder = works[0], ladders[0]
+    work, ladder = works[0], coarse[0]
     y, angle = work.y, float(contacts[0].angle)
     for i in range(result.shape[0]):
         contact = contacts[i]
         if changed[i]:
             from_equilibrium(state if i == 0 else result[i - 1], contact, ladder, y)
-        for _ in range(every):
-            twists = y[0] + y[1] - y[6]
-            contact.angle = angle - contact.turns * twists
-            advance(y, contact, ladders, 0, work, False, UNITS)
-            turned = contact.speed_reference * contact.period + (y[0] + y[1] - y[6] - twists)
-            angle += contact.turns * turned
+        contact.period = period
+        for _ in range(parts[i, 0]):
+            angle = _turn(contact, coarse, work, UNITS, angle)
+        if parts[i, 1] > 0:
+            angle = _turn(contact, coarse, work, parts[i, 1], angle)
+        if parts[i, 2] > 0:
+            contact.period = period / UNITS
+            angle = _turn(contact, fine, work, parts[i, 2], angle)
         to_states(y, contact, ladder, result[i])
+
+
+@inlined
+def _turn(contact: Record, ladders: Records, work: Record, stop: int, angle: float) -> float:
+    """Advance `work.y` over the first `stop` units of a period; the `angle` (rad) of a tilted disc at their end."""
+    y = work.y
+    twists = y[0] + y[1] - y[6]
+    contact.angle = angle - contact.turns * twists
+    advance(y, contact, ladders, 0, work, False, stop)
+    turned = contact.speed_reference * (contact.period * (stop / UNITS)) + (y[0] + y[1] - y[6] - twists)
+    after: float = angle + contact.turns * turned
+    return after

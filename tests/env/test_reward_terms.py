@@ -222,6 +222,17 @@ def of_anything(*given):
     return 0.0
 
 
+def imports_within(bit_speed):
+    import math
+
+    return math.sqrt(bit_speed)
+
+
+class Callable:
+    def __call__(self, bit_speed):
+        return bit_speed
+
+
 @pytest.mark.parametrize(
     ("names", "function", "words"),
     [
@@ -231,6 +242,9 @@ def of_anything(*given):
         ("a", of_anything, "argument = [*]given is not allowed"),
         ("a", lambda bit_sped: 0.0, "unknown argument 'bit_sped'; did you mean bit_speed?"),
         ("a", lambda bit_speed: bit_speed.nothing, "RewardTerms a: the function cannot be compiled"),
+        ("a", lambda bit_speed: unknown, "NameError: name 'unknown' is .*compiled=False leaves it"),  # noqa: F821
+        ("a", imports_within, "the function cannot be compiled: Use of unsupported opcode"),
+        ("a", Callable(), "function = .*Callable .*allowed: a function .*compiled=False"),
         ("a", 3.0, "function = 3.0"),
         ("tracking", one, "none of them variance, tracking, action"),
         (("a", "a"), two, "1 to 8 different names"),
@@ -242,6 +256,10 @@ def of_anything(*given):
 def test_wrong_terms_are_refused(names, function, words):
     with pytest.raises(ValueError, match=words):
         RewardTerms(names, function)
+
+
+def test_python_calls_whatever_can_be_called():
+    assert RewardTerms("a", Callable(), compiled=False).arguments == ("bit_speed",)
 
 
 @pytest.mark.parametrize("given", [3, "terms", one])
