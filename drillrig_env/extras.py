@@ -19,6 +19,10 @@ _EXTRA_OF = {
     "matplotlib": "plot",
     "pygame": "render",
     "PIL": "render",
+    "nptdms": "records",
+    "openpyxl": "records",
+    "pandas": "records",
+    "pyarrow": "records",
 }
 """Which extra brings a package that the project imports, by the name that is imported."""
 
