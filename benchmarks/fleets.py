@@ -6,7 +6,8 @@
 Every batch is a vector environment with as many episodes, in the midst of which it goes on: of the chapter's rig, of
 fleets around it, every parameter of which is drawn within a factor, and of some of the fleets' rigs, each in a batch by
 itself. That tells what a fleet costs from what its rigs cost: rigs that move faster take more steps of the solver. Rigs
-hold their speed reference, so that most stick and slip. Medians of the runs count, for ratios those of the turns.
+hold their speed reference, so that most stick and slip. Times are those of the processor, for which other work on the
+machine counts less than for a clock's; medians of the runs count, for ratios those of the turns.
 Building is drawing the rigs and making their tables. Tables of the shortest steps are made only when a rig needs them;
 how many did is told.
 """
@@ -14,6 +15,7 @@ how many did is told.
 from __future__ import annotations
 
 import statistics
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +23,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from benchmarks.measure import note, print_table, seconds_of
+from benchmarks.measure import note, print_table
 from drillrig_env import Fleet, Scenario
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -52,9 +54,16 @@ def seconds_to_build(rigs: str, count: int, repeats: int) -> float:
     """Median time to draw a fleet and make its tables, s; every time another one."""
     fleets = [fleet_of(rigs, count, seed=1 + turn) for turn in range(repeats)]
     return statistics.median(
-        seconds_of(lambda fleet=fleet: build_tables(fleet.members().rigs, CONTROL_PERIOD))  # type: ignore[misc]
+        processor_seconds(lambda fleet=fleet: build_tables(fleet.members().rigs, CONTROL_PERIOD))  # type: ignore[misc]
         for fleet in fleets
     )
+
+
+def processor_seconds(work: Callable[[], object]) -> float:
+    """Processor time of one call of `work`, s."""
+    begin = time.process_time()
+    work()
+    return time.process_time() - begin
 
 
 @dataclass(frozen=True)
@@ -75,7 +84,7 @@ class Batch:
     def seconds(self, steps: int) -> float:
         """Time of some control steps of all episodes, from the moment on, s."""
         self.env.set_state(self.moment)
-        return seconds_of(self._play(steps))
+        return processor_seconds(self._play(steps))
 
     def _play(self, steps: int) -> Callable[[], None]:
         actions = np.zeros((self.env.num_envs, 1), dtype=np.float32)
@@ -117,7 +126,7 @@ def measure(rigs: int, episodes: int, alone: int, repeats: int) -> list[list[str
     rows = []
     for kind, found in times.items():
         rate = rigs * episodes * STEPS / statistics.median(found)
-        ratio = statistics.median(mine / time for mine, time in zip(times[ONE], found, strict=True))
+        ratio = statistics.median(mine / its for mine, its in zip(times[ONE], found, strict=True))
         beside = ["", "", ""]
         if kind in FACTORS:
             batch, build = fleets[kind][0], seconds_to_build(kind, rigs, repeats)
