@@ -139,7 +139,7 @@ def _newton_step(table: Record, work: Record) -> tuple[float, float]:
 @inlined
 def take_step(y: FloatArray, table: Record, work: Record) -> None:
     """Take a solved step as a whole: the state at its end, in place."""
-    evaluate(y, work, table.state_from_state, table.state_from_torque, 0.0, y, 0, STATE)
+    evaluate(y, work, table.state_from_state, table.state_from_torque, (0, 1), 0.0, y, 0, STATE)
 
 
 @inlined
@@ -148,6 +148,7 @@ def evaluate(
     work: Record,
     from_state: FloatArray,
     from_torque: FloatArray,
+    rows: tuple[int, int],
     constant: float,
     out: FloatArray,
     first: int,
@@ -155,10 +156,15 @@ def evaluate(
 ) -> None:
     """Quantities of a solved step as entries `first` and on of `out`: constant + y @ from_state + T_r1 @ from_torque.
 
-    `count`, how many they are, is a constant.
+    `count`, how many they are, is a constant. `rows` tells what comes before the first row of the tables, in rows, and
+    how far apart rows are, in rows of an array of two axes or in entries of one.
     """
     A, b, T = from_state, from_torque, work.torque
-    free = constant + y[0] * row(A, 0, count) + y[1] * row(A, 1, count) + y[2] * row(A, 2, count)
-    free = free + y[3] * row(A, 3, count) + y[4] * row(A, 4, count)
-    forced = T[0] * row(b, 0, count) + T[1] * row(b, 1, count) + T[2] * row(b, 2, count) + T[3] * row(b, 3, count)
-    store(out, first, (free + y[5] * row(A, 5, count)) + (y[6] * row(A, 6, count) + forced))
+    before, apart = rows
+    i, j = 7 * before, NODES * before
+    free = constant + y[0] * row(A, i, count) + y[1] * row(A, i + apart, count) + y[2] * row(A, i + 2 * apart, count)
+    free = free + y[3] * row(A, i + 3 * apart, count) + y[4] * row(A, i + 4 * apart, count)
+    forced = T[0] * row(b, j, count) + T[1] * row(b, j + apart, count) + T[2] * row(b, j + 2 * apart, count)
+    forced = forced + T[3] * row(b, j + 3 * apart, count)
+    free = free + y[5] * row(A, i + 5 * apart, count)
+    store(out, first, free + (y[6] * row(A, i + 6 * apart, count) + forced))

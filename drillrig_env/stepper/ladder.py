@@ -45,16 +45,22 @@ RUNG = np.dtype(
 )
 """Tables of one step length, within which time runs from 0 to 1."""
 
+SAMPLES_OF_RUNGS = sum(SAMPLES >> rung for rung in range(SAMPLED_RUNGS))
+
 SAMPLING = np.dtype(
     [
-        ("speed_from_state", "f8", (7, SAMPLES)),
-        ("speed_from_torque", "f8", (NODES, SAMPLES)),
-        ("torque_from_state", "f8", (7, SAMPLES)),
-        ("torque_from_torque", "f8", (NODES, SAMPLES)),
+        ("speed_from_state", "f8", 7 * SAMPLES_OF_RUNGS),
+        ("speed_from_torque", "f8", NODES * SAMPLES_OF_RUNGS),
+        ("torque_from_state", "f8", 7 * SAMPLES_OF_RUNGS),
+        ("torque_from_torque", "f8", NODES * SAMPLES_OF_RUNGS),
+        ("pad", "f8", SAMPLES),  # what is read past a row with fewer samples
     ],
     align=True,
 )
-"""Tables of the samples within one step: bit speed and torque into the string, from the states less the equilibrium."""
+"""Tables of the samples within a step: bit speed and torque into the string, from the states less the equilibrium.
+
+The longest step has SAMPLES of them, each shorter one half as many, and so long are the rows of its table: `rows_of`.
+"""
 
 LADDER = np.dtype(
     [
@@ -89,7 +95,7 @@ LADDER = np.dtype(
         ("rate_from_state", "f8", (7, STATE)),  # a period, as the next one: steps have a power of two of it
         ("rate_from_torque", "f8", STATE),
         ("rungs", RUNG, UNIT_RUNG + 1),
-        ("sampling", SAMPLING, SAMPLED_RUNGS),
+        ("sampling", SAMPLING),
     ],
     align=True,
 )
@@ -110,6 +116,12 @@ def _shortest_table(ladder: Record, rung: int) -> Record:
     if address == 0:
         address = answer_of(ladder.make_shortest, ladder.number)
     return record_at(address + (rung - UNIT_RUNG - 1) * _SIZE, ladder.rungs[0])
+
+
+@inlined
+def rows_of(rung: int) -> tuple[int, int]:
+    """How many entries of a row lie before those of a rung, and how many are its own, in tables of samples."""
+    return 2 * SAMPLES - (2 * SAMPLES >> rung), SAMPLES >> rung
 
 
 @inlined

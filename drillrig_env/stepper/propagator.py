@@ -20,7 +20,7 @@ from drillrig_env.friction.law import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.caution import caution_for
 from drillrig_env.stepper.collocation import evaluate, solve_nodes, take_step
-from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, table_of
+from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, rows_of, table_of
 from drillrig_env.stepper.switching import enter, step_across, to_own_mode, way_out
 from drillrig_env.stepper.turning import begin_turning
 
@@ -122,13 +122,13 @@ def _lose(y: FloatArray, work: Record) -> None:
 def _sample_step(y: FloatArray, speed_reference: float, ladder: Record, rung: int, work: Record, first: int) -> None:
     """Samples inside a solved step that is about to be taken, as entries `first` and on.
 
-    All SAMPLES entries of a table are worked out, whatever the length of the step: those past its end are zero or
-    are written over by the steps after it, and one width for all steps is compiled in a fraction of the time.
+    SAMPLES entries are worked out, whatever the length of the step: those past its end mean nothing and are written
+    over by the steps after it, and one width for all steps is compiled in a fraction of the time.
     """
-    table, speeds, torques = ladder.sampling[rung], work.speed_samples, work.torque_samples
-    evaluate(y, work, table.speed_from_state, table.speed_from_torque, speed_reference, speeds, first, SAMPLES)
+    table, speeds, torques, rows = ladder.sampling, work.speed_samples, work.torque_samples, rows_of(rung)
+    evaluate(y, work, table.speed_from_state, table.speed_from_torque, rows, speed_reference, speeds, first, SAMPLES)
     at_rest = ladder.torque_at_rest + ladder.torque_per_speed * speed_reference
-    evaluate(y, work, table.torque_from_state, table.torque_from_torque, at_rest, torques, first, SAMPLES)
+    evaluate(y, work, table.torque_from_state, table.torque_from_torque, rows, at_rest, torques, first, SAMPLES)
 
 
 @inlined

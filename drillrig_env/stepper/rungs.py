@@ -60,18 +60,20 @@ def _rungs(
 
 
 def sampling_of(rig: Rig, M: FloatArray, b: FloatArray, step: float, units: Units) -> np.ndarray:
-    """The tables of the samples within the longest steps, records of SAMPLING; the other arguments as above."""
-    sampling = np.zeros(SAMPLED_RUNGS, dtype=SAMPLING)
+    """The tables of the samples within the longest steps, a SAMPLING record; the other arguments as above."""
+    sampling = np.zeros((), dtype=SAMPLING)
     rows = {"speed": np.eye(7)[2], "torque": torque_into_string(rig, np.eye(7))}
-    per_state, per_torque = _per_unit(units)
+    (per_state, per_torque), before = _per_unit(units), 0
     for r in range(SAMPLED_RUNGS):
         count = SAMPLES >> r
         times = np.arange(1, count + 1) / count
         (from_state,), (from_torque,) = variation_of_constants(M, b, step / 2**r, times)
         from_state, from_torque = from_state * per_state.T, from_torque * per_torque[:, None]
         for name, row in rows.items():
-            sampling[r][f"{name}_from_state"][:, :count] = (row @ from_state).T
-            sampling[r][f"{name}_from_torque"][:, :count] = (row @ from_torque).T
+            for source, table in (("state", row @ from_state), ("torque", row @ from_torque)):
+                own = slice(before * table.shape[1], (before + count) * table.shape[1])
+                sampling[f"{name}_from_{source}"][own] = table.T.ravel()
+        before += count
     return sampling
 
 

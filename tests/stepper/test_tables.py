@@ -12,11 +12,12 @@ from drillrig_env.stepper.ladder import (
     LADDER,
     RUNG,
     SAMPLED_RUNGS,
-    SAMPLES,
+    SAMPLES_OF_RUNGS,
     STATE,
     UNIT_RUNG,
     UNITS,
     from_equilibrium,
+    rows_of,
     to_states,
 )
 from drillrig_env.stepper.tables import build_tables, step_tables
@@ -60,13 +61,22 @@ def test_state_at_the_end_and_speed_at_the_nodes_are_exact_for_a_cubic_torque(ru
 
 @pytest.mark.parametrize("rung", range(SAMPLED_RUNGS))
 def test_samples_lie_at_equal_distances_the_last_at_the_end(rung):
-    table, count = LADDER_OF_RIG["sampling"][rung], SAMPLES >> rung
+    table, (before, count) = LADDER_OF_RIG["sampling"], rows_of.py_func(rung)
     states = solution(0.08 / 2**rung, np.arange(1, count + 1) / count)
     for name, expected in (("speed", states[:, 2]), ("torque", torque_into_string(RIG, states))):
-        found = Y @ table[f"{name}_from_state"] + torque(RADAU_NODES) @ table[f"{name}_from_torque"]
-        np.testing.assert_allclose(found[:count], expected, atol=1e-8)
-        assert not found[count:].any()
+        from_state, from_torque = (
+            table[f"{name}_from_{source}"][before * length :][: count * length].reshape(length, count)
+            for source, length in (("state", 7), ("torque", NODES))
+        )
+        found = Y @ from_state + torque(RADAU_NODES) @ from_torque
+        np.testing.assert_allclose(found, expected, atol=1e-8)
     assert LADDER_OF_RIG["torque_row"][:7] @ Y == pytest.approx(torque_into_string(RIG, Y))
+
+
+def test_tables_of_samples_lie_one_after_the_other():
+    found = [rows_of.py_func(rung) for rung in range(SAMPLED_RUNGS)]
+    assert found == [(0, 16), (16, 8), (24, 4), (28, 2)]
+    assert found[-1][0] + found[-1][1] == SAMPLES_OF_RUNGS
 
 
 def test_rungs_are_halves_down_to_one_unit():
@@ -114,7 +124,6 @@ def test_ends_of_the_range_of_tolerances_are_allowed_and_beyond_is_not(tolerance
 
 def test_shapes_hold_all_nodes():
     assert RUNG["node_from_torque"].shape == (NODES, NODES)
-    assert LADDER_OF_RIG["sampling"]["speed_from_state"].shape == (SAMPLED_RUNGS, 7, SAMPLES)
 
 
 def test_a_rig_takes_no_more_than_40_kilobytes():
