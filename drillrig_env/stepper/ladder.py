@@ -1,8 +1,8 @@
 """The ladder of a rig: all that the stepper knows of it, in one record that kernels read.
 
 It holds the tables of the rungs, steps that each are half as long as the one before, and beside them once for all rungs
-what these share: rates, units, bounds on errors. The rungs below a unit, millionths of a period, are taken once in a
-million periods or more seldom, and lie apart: `drillrig_env.stepper.shortest` makes them when a rig needs them.
+what these share: rates, units, bounds on errors. The rungs below a unit, millionths of a period, are hardly ever taken
+and lie apart: `drillrig_env.stepper.shortest` makes them when a rig needs them.
 """
 
 from __future__ import annotations
