@@ -98,8 +98,8 @@ class Batch:
     @property
     def bytes_per_rig(self) -> float:
         """Memory of a rig's tables, without those of the shortest steps."""
-        ladders = self.env.core.bank.tables.ladders
-        return float(ladders.nbytes / len(ladders))
+        tables = self.env.core.bank.tables
+        return float(tables.ladders.nbytes / len(tables.rigs))
 
     @property
     def with_shortest(self) -> int:

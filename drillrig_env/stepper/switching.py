@@ -133,7 +133,7 @@ def way_out(
     ladder, end = ladders[mode], work.end
     if upto == 1.0:
         table = table_of(ladder, rung)
-        evaluate(y, work, table.state_from_state, table.state_from_torque, 0.0, end, 0, STATE)
+        evaluate(y, work, table.state_from_state, table.state_from_torque, (0, 1), 0.0, end, 0, STATE)
     else:
         for i in range(STATE):
             end[i] = y[i]
