@@ -34,17 +34,17 @@ class Contestant:
     `members` make the policy for a suite, by training seed; "" is the seed of what is not trained. A
     policy is made anew for each suite, since its action is a share of the suite's slew limit. `env` holds
     the arguments of the environment, the sensors among them, and `about` what tells this policy from a
-    changed one of the same name. `privileged`, `exact` and `drive` are what it is told beyond the sensors, whether it
-    is shown its channels without noise and delay, and how it sets the drive.
+    changed one of the same name. `privileged` and `drive` are what it is told beyond the sensors, and how it sets the
+    drive; `exact` whether it is shown its channels without noise and delay.
     """
 
     name: str
     members: Mapping[str, Callable[[Suite], Policy]]
     env: Mapping[str, Any]
     privileged: tuple[str, ...] = ()
-    exact: bool = False
     drive: Drive | None = None
     about: Mapping[str, Any] = field(default_factory=dict)
+    exact: bool = False
 
     def description(self) -> dict[str, Any]:
         """What the results say of this policy."""

@@ -111,7 +111,7 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     about = dict(source.about)
     if about.get("kind") != "run":
         about["parameters"] = _parameters(made[0])
-    return Contestant(label, members, env, privileged_of(made[0]), exact, drive_of(made[0]), about)
+    return Contestant(label, members, env, privileged_of(made[0]), drive_of(made[0]), about, exact)
 
 
 def _for_suite(source: PolicySource, seed: str, context: Mapping[str, Any], suite: Suite) -> Policy:
