@@ -10,6 +10,7 @@ import numpy.typing as npt
 from drillrig_env.arrays import FloatArray
 
 _DAY = 86400.0  # s
+_DATE = "S12"  # a date as it is written
 
 _STAMP = re.compile(
     r"(?:(?P<date>\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4})(?:[T ,]\s*))?"
@@ -39,28 +40,31 @@ def seconds_of_stamps(stamps: npt.NDArray[np.bytes_]) -> FloatArray:
     A clock that goes past midnight without a date goes on into the next day. Of a day and a month that can be either,
     the one is the day with which the record is shorter.
     """
-    dates, clock = _in_columns(stamps) or _one_by_one(stamps)
-    if dates is None:
+    clock, dates = np.empty(len(stamps)), np.empty(len(stamps), dtype=_DATE)
+    lengths = np.char.str_len(stamps)
+    for length in np.unique(lengths):  # a whole second may be written without a fraction
+        alike = lengths == length
+        some = stamps[alike].astype(f"S{max(length, 1)}")
+        dates[alike], clock[alike] = _in_columns(some) or _one_by_one(some)
+    if not np.any(dates):
         return _past_midnight(clock)
-    known = ~np.isnan(clock)
     spans = []
     for month_first in (False, True):
         days = _days(dates, month_first)
         if days is not None:
-            seconds = clock + (days - days[known][0]) * _DAY
-            spans.append((float(np.ptp(seconds[known])), seconds))
+            seconds = clock + (days - np.nanmin(days)) * _DAY
+            spans.append((float(np.nanmax(seconds) - np.nanmin(seconds)), seconds))
     return min(spans, key=lambda span: span[0])[1] if spans else np.full(len(clock), np.nan)
 
 
-def _one_by_one(stamps: npt.NDArray[np.bytes_]) -> tuple[npt.NDArray[np.bytes_] | None, FloatArray]:
-    """Dates (None where there are none) and seconds since midnight of stamps of any widths."""
+def _one_by_one(stamps: npt.NDArray[np.bytes_]) -> tuple[npt.NDArray[np.bytes_], FloatArray]:
+    """Dates, b"" where there is none, and seconds since midnight, NaN where a cell is no stamp."""
     parts = [_STAMP.fullmatch(cell) if ":" in cell else None for cell in np.char.decode(stamps, errors="replace")]
     clock = np.array([np.nan if part is None else _clock(part) for part in parts])
-    dates = [(part["date"] if part else "") or "" for part in parts]
-    return (np.array(dates, dtype=bytes) if any(dates) else None), clock
+    return np.array([(part["date"] if part else "") or "" for part in parts], dtype=_DATE), clock
 
 
-def _in_columns(stamps: npt.NDArray[np.bytes_]) -> tuple[npt.NDArray[np.bytes_] | None, FloatArray] | None:
+def _in_columns(stamps: npt.NDArray[np.bytes_]) -> tuple[npt.NDArray[np.bytes_], FloatArray] | None:
     """The same of stamps that all have their digits in the same places, without a loop over them; None for others."""
     width = stamps.dtype.itemsize
     characters = np.ascontiguousarray(stamps).view(np.uint8).reshape(len(stamps), width)
@@ -69,7 +73,9 @@ def _in_columns(stamps: npt.NDArray[np.bytes_]) -> tuple[npt.NDArray[np.bytes_] 
         return None
     digit = (characters[0] >= ord("0")) & (characters[0] <= ord("9"))
     numbers = characters - np.uint8(ord("0"))  # a character that is no digit is larger than 9
-    if not np.all((numbers <= 9) == digit) or not np.all(characters[:, ~digit] == characters[0, ~digit]):
+    same = ~digit  # and the zone, if there is one
+    same[slice(*part.span("zone"))] = True
+    if not np.all((numbers <= 9) == digit) or not np.all(characters[:, same] == characters[0, same]):
         return None
 
     def read(begin: int, end: int) -> FloatArray:
@@ -79,7 +85,7 @@ def _in_columns(stamps: npt.NDArray[np.bytes_]) -> tuple[npt.NDArray[np.bytes_] 
     seconds = read(*part.span("seconds")) / 10.0 ** len(re.split("[.,]", f"{part['seconds']}.")[1])
     clock = 3600.0 * read(*part.span("hours")) + 60.0 * read(*part.span("minutes")) + seconds
     if part["date"] is None:
-        return None, clock
+        return np.zeros(len(stamps), dtype=_DATE), clock
     begin, end = part.span("date")
     return np.ascontiguousarray(characters[:, begin:end]).view(f"S{end - begin}").ravel(), clock
 

@@ -14,7 +14,7 @@ from drillrig_env.calibrate.records.cells import is_comment, number, split
 from drillrig_env.calibrate.records.layout import Layout, find_layout
 from drillrig_env.calibrate.records.raw import Column, RawTable, Unread
 
-_PIECE = 1 << 22  # bytes that are read at once
+_PIECE, _SMALL = 1 << 22, 1 << 13  # bytes that are read at once, and where that much cannot be
 _LOOKED_AT = 400  # lines of which the layout is found
 _LINE_FEED = 10
 
@@ -53,11 +53,13 @@ def read_text(source: str, content: bytes, mapped: Collection[str] = ()) -> RawT
         at = content.index(b"\n", at) + 1
     faults = _Faults()
     pieces, rows, line = [], 0, layout.body + 1
-    for piece in _pieces(content, at):
-        read = _read_at_once(piece, layout, line) or _read_lines(source, piece, layout, line, rows, faults)
-        rows += len(read.lines)
-        line += piece.count(b"\n")
-        pieces.append(read)
+    for large in _pieces(content[at:], _PIECE):
+        whole = _read_at_once(large, layout, line)
+        for piece in (large,) if whole else _pieces(large, _SMALL):
+            read = whole or _read_at_once(piece, layout, line) or _read_lines(source, piece, layout, line, rows, faults)
+            rows += len(read.lines)
+            line += piece.count(b"\n")
+            pieces.append(read)
     table = np.concatenate([piece.numbers for piece in pieces])
     columns = []
     for k, name in enumerate(layout.names):
@@ -89,10 +91,11 @@ def decoded(content: bytes) -> tuple[bytes, str]:
     return (content if content.endswith(b"\n") else content + b"\n"), encoding
 
 
-def _pieces(content: bytes, at: int) -> Iterator[bytes]:
-    """Whole lines of the content from `at` on, some at once."""
+def _pieces(content: bytes, size: int) -> Iterator[bytes]:
+    """Whole lines of the content, about `size` bytes at once."""
+    at = 0
     while at < len(content):
-        end = content.find(b"\n", min(at + _PIECE, len(content) - 1)) + 1
+        end = content.find(b"\n", min(at + size, len(content) - 1)) + 1
         yield content[at:end]
         at = end
 

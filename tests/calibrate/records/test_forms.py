@@ -1,5 +1,7 @@
 """One record, written as loggers write it, is read as the same record in every form."""
 
+from datetime import datetime, timedelta
+
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -18,6 +20,16 @@ def clock(seconds, fraction="."):
 
 def stamps(time, date="", begin=10 * 3600.0, fraction="."):
     return [date + clock(begin + t, fraction) for t in time]
+
+
+def as_python_writes(time):
+    """Without a fraction where there is none."""
+    return [str(datetime(2024, 5, 17, 10) + timedelta(seconds=round(t, 6))) for t in time]
+
+
+def with_summer_ending(time):
+    """The clock is put back an hour amid the record, and its zone says so."""
+    return [f"2024-10-27T{clock(3 * 3600 - 5 + t - 3600 * (t >= 5))}+0{1 + (t < 5)}:00" for t in time]
 
 
 def past_midnight(time):
@@ -62,6 +74,33 @@ FORMS = {
 @pytest.mark.parametrize("form", FORMS)
 def test_text(form, write, table):
     same(read_record(write(NAMES, table.T, **FORMS[form])), table)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_combination_of_forms(seed, write, table):
+    rng = np.random.default_rng(seed)
+    separator, decimal = [(",", "."), (";", "."), (";", ","), ("\t", ","), ("|", "."), ("  ", ",")][rng.integers(6)]
+    factors = np.array([[1.0, 1e3][rng.integers(2)], [1.0, RPM][rng.integers(2)], [1.0, 6.0 * RPM][rng.integers(2)]])
+    pairs = [("s", "ms"), ("rad/s", "rpm"), ("rad/s", "°/s")]
+    units = [pair[int(factor > 1.0)] for pair, factor in zip(pairs, factors, strict=True)]
+    order = rng.permutation(3)
+    in_names = rng.random() < 0.5
+    names = [f"{NAMES[k]}[{units[k]}]" if in_names else NAMES[k] for k in order]
+    path = write(
+        names,
+        (table * factors)[:, order].T,
+        separator=separator,
+        decimal=decimal,
+        encoding=str(rng.choice(["utf-8", "utf-8-sig", "utf-16", "utf-16-be", "cp1252"])),
+        end=str(rng.choice(["\n", "\r\n", "\r"])),
+        above=["# rig 7", "", "Measured in May"][: rng.integers(4)],
+        below=[] if in_names else [separator.join(units[k] for k in order)],
+        quote='"' if separator == ";" and rng.random() < 0.5 else "",
+    )
+    record = read_record(path)
+    np.testing.assert_allclose(record.time, table[:, 0], atol=1e-6)
+    np.testing.assert_allclose(record.signals["bit_speed"], table[:, 1], atol=2e-6)
+    np.testing.assert_allclose(record.signals["top_speed"], table[:, 2], atol=2e-6)
 
 
 SPELLINGS = {
@@ -111,6 +150,8 @@ def test_names_and_units(spelling, encoding, write, table):
         lambda time: [stamp.lstrip("0") for stamp in stamps(time, begin=35990.0)],
         lambda time: [f"{int(t // 60):02d}:{t % 60:09.6f}" for t in time + 50.0],
         past_midnight,
+        as_python_writes,
+        with_summer_ending,
     ],
 )
 def test_time_stamps(written, write, table):
