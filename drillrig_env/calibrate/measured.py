@@ -14,6 +14,7 @@ drillrig measured FILE --speed-reference 3.14 --normal-force 25
 drillrig measured FILE --speed-reference 3.14 --normal-force 0:0 50:25  # load at 50 s
 drillrig measured FILE --speed-reference 3.14 --normal-force 25 --rig rig.toml
 drillrig measured FILE --speed-reference 3.14 --normal-force 25 --map "Sensor 2=bit_speed:rpm" "T=time:ms"
+drillrig measured FILE --map "WOB=normal_force:kN"  # where columns have them
 
 A perfect match has P_C = 1 and APL = 0. In table 4.2 the chapter's rig has P_C 0.89 to 0.96 and APL
 0.01 to 0.17 for its bit speed. For another rig, write the chapter's as a template, and edit it:
@@ -57,17 +58,18 @@ def reproduce(
     rig: RigLike = None,
     friction: FrictionLike = None,
     *,
-    speed_reference: Schedule,
+    speed_reference: Schedule | None = None,
     normal_force: Schedule | None = None,
     start: Start = "rest",
 ) -> dict[str, FloatArray]:
     """The measured speeds as the model has them at the record's times, by name, each (n,) in rad/s.
 
     The model starts at t = 0: at rest, or with `start` "steady" in the steady rotation (4-16) of its
-    first speed reference and normal force. Other arguments as for `simulate`; between samples 1 ms
+    first speed reference and normal force. Both are as recorded where they are not given, and the force
+    the friction's where it was not recorded. Other arguments as for `simulate`; between samples 1 ms
     apart the result is interpolated. Raises `ValueError` as `simulate` does, for a record that begins
-    before t = 0, for speeds that the reference cannot have made, such as rpm beside rad/s, for an
-    unknown start, and for a steady one at a speed reference of 0.
+    before t = 0, without a speed reference, for speeds that the reference cannot have made, such as rpm
+    beside rad/s, for an unknown start, and for a steady one at a speed reference of 0.
     """
     begin, end = float(record.time[0]), float(record.time[-1])
     if not NOT_NEGATIVE.holds(begin):
@@ -75,6 +77,12 @@ def reproduce(
     if start not in STARTS:
         raise ValueError(f"reproduce: start = {start!r} is not known; {closest(start, STARTS)}")
     rig, friction = Rig.of(rig), Friction.of(friction)
+    if speed_reference is None:
+        speed_reference = record.schedule(record.speed_reference)
+    if speed_reference is None:
+        raise _not_recorded(record, "speed_reference", "rad/s")
+    if normal_force is None:
+        normal_force = record.schedule(record.normal_force)
     check_reference(record, Inputs.of(friction, speed_reference, normal_force, None).reference(record.time, 0.0))
     run = partial(
         simulate,
@@ -100,7 +108,7 @@ def score_record(
     rig: RigLike = None,
     friction: FrictionLike = None,
     *,
-    speed_reference: Schedule,
+    speed_reference: Schedule | None = None,
     normal_force: Schedule | None = None,
     start: Start = "rest",
     window: float = CHAPTER_WINDOW,
@@ -126,6 +134,13 @@ def write_comparison(path: str | Path, record: Record, simulated: Mapping[str, F
         np.savetxt(new, table, "%.10g", ",", header=",".join(columns), comments="")
 
 
+def _not_recorded(record: Record, name: str, unit: str) -> ValueError:
+    flag = f"--{name.replace('_', '-')}"
+    return ValueError(
+        f"{record.source}: {name} ({unit}) was not recorded; give it, {flag} {unit.upper()}, or its column"
+    )
+
+
 def _scores(record: Record, simulated: Mapping[str, FloatArray], window: float) -> list[Score]:
     scores = []
     for name, measured in record.speeds.items():
@@ -140,8 +155,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     parser = Parser(prog=prog, description=__doc__)
     add = parser.add_argument
     add("file", metavar="FILE", type=Path, help="the measurement")
-    add_schedule_argument(parser, "--speed-reference", "rad/s", "a number, or time:value pairs", required=True)
-    add_schedule_argument(parser, "--normal-force", "N", "the same; stands in for the friction's", required=True)
+    add_schedule_argument(parser, "--speed-reference", "rad/s", "a number, or time:value pairs (default: as recorded)")
+    add_schedule_argument(parser, "--normal-force", "N", "the same; stands in for the friction's")
     add(
         "--map",
         nargs="+",
@@ -176,6 +191,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
         print(*(f"{options.file}: {note}" for note in record.notes), sep="\n", file=sys.stderr)
         if options.start_time is not None:
             record = record.since(options.start_time)
+        if options.normal_force is None and record.normal_force is None:
+            raise _not_recorded(record, "normal_force", "N")
         simulated = reproduce(
             record,
             options.rig,

@@ -169,6 +169,21 @@ def test_command_line_ends_with_2_and_names_what_is_wrong(path, capsys, monkeypa
     assert path.read_bytes() == before
 
 
+def test_inputs_that_were_recorded_need_not_be_told(tmp_path, capsys):
+    run = simulate(speed_reference=[(0, 3.14), (8, 2.5)], normal_force=[(0, 0.0), (5, 25.0)], duration=15.0)
+    path = tmp_path / "run.csv"
+    columns = {"time": run.time, "bit_speed": run.bit_speed, "speed_reference": run.speed_reference}
+    table = {**columns, "normal_force": run.normal_force}
+    np.savetxt(path, np.column_stack(list(table.values()))[::5], "%.17g", ",", header=",".join(table), comments="")
+    assert main([str(path)]) == 0
+    assert capsys.readouterr().out.splitlines()[2].split()[-2:] == ["1.000", "0.000"]
+    for missing in ("speed_reference", "normal_force"):
+        with pytest.raises(SystemExit):
+            main([str(path), "--map", f"{missing}=none"])
+        assert f"{missing} (" in (told := capsys.readouterr().err.splitlines()[-2])
+        assert f"--{missing.replace('_', '-')}" in told
+
+
 def test_command_line_maps_columns(run, tmp_path, capsys):
     path = tmp_path / "run.txt"
     table = np.column_stack([1e3 * run.time, run.bit_speed * 30.0 / np.pi, run.top_speed])

@@ -53,10 +53,9 @@ def find_layout(source: str, lines: Sequence[str], mapped: Collection[str] = ())
     text = [_share(lambda cell: number(cell, decimal) is None, [row[k] for row in table]) > _HALF for k in range(count)]
 
     def numbers_of(line: str) -> list[bool]:
-        """Which cells are values, in columns of values; none where all of these are empty."""
+        """Which cells are values, of those in columns of values that hold something; none in a short line."""
         cells = [cell for cell, is_value in zip(split(line, separator), values, strict=False) if is_value]
-        found = [_is_value(cell, decimal) for cell in cells]
-        return [] if len(cells) < sum(values) or all(map(_is_missing, cells)) else found
+        return [_is_value(c, decimal) for c in cells if not _is_missing(c)] if len(cells) >= sum(values) else []
 
     body = next((i for i, line in used if (found := numbers_of(line)) and all(found)), None)
     if body is None:
@@ -109,7 +108,7 @@ def _head_cells(line: str, separator: str, count: int, empty: Sequence[bool]) ->
     cells = split(uncommented(line) if is_comment(line) else line, separator)
     if is_comment(line) and len(cells) != count:
         cells = next((parted for mark in _SEPARATORS if len(parted := split(uncommented(line), mark)) == count), cells)
-    while len(cells) > count and not cells[-1]:
+    while len(cells) > count and cells[-1] in ("", "Comment"):  # LabVIEW has a name for comments that are not there
         cells.pop()
     while len(cells) < count and all(empty[len(cells) :]):
         cells.append("")

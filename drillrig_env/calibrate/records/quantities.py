@@ -64,7 +64,7 @@ _SPELLINGS = {
 
 _NAMES: Mapping[str, tuple[str, ...]] = {
     "time": ("t", "times", "timestamp", "time_stamp", "datetime", "date_time", "elapsed", "elapsed_time", "tout",
-             "relative_time", "clock", "zeit", "uhrzeit", "zeitstempel", "tempo", "tiempo", "temps"),
+             "relative_time", "clock", "x_value", "zeit", "uhrzeit", "zeitstempel", "tempo", "tiempo", "temps"),
     "bit_speed": ("speed_bit", "bit_velocity", "bit_angular_velocity", "bit_angular_speed", "bit_rotation_speed",
                   "downhole_speed", "w_bit", "velocity_bit"),
     "collar_speed": ("speed_collar", "collars_speed", "collar_velocity", "collar_angular_velocity"),

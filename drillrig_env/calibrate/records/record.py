@@ -41,6 +41,17 @@ class Record:
         """The median time between samples, s."""
         return float(np.median(np.diff(self.time)))
 
+    def schedule(self, values: FloatArray | None) -> list[tuple[float, float]] | None:
+        """`speed_reference` or `normal_force` as `simulate` takes it: (time in s, value) from each change on, from 0 s.
+
+        None where it was not recorded.
+        """
+        if values is None:
+            return None
+        changes = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
+        times = np.concatenate([[0.0], self.time[changes[1:]]])
+        return list(zip(times.tolist(), values[changes].tolist(), strict=True))
+
     def since(self, start_time: float) -> Record:
         """The record from `start_time` on (s, on the file's own clock), which becomes t = 0; earlier samples go.
 

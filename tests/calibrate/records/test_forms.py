@@ -171,6 +171,27 @@ def test_a_header_that_is_a_comment_and_none_at_all(write, table, tmp_path):
     same(read_record(tmp_path / "b.txt", {"#1": "time:s", "#2": "bit_speed", "#3": "top_speed:rad/s"}), table)
 
 
+LABVIEW = (
+    "LabVIEW Measurement\t\nSeparator\tTab\nDate\t2024/05/17\nTime\t10:00:00,1234\n***End_of_Header***\t\n\t\n"
+    "Channels\t2\t\t\nSamples\t601\t601\t\nTime\t10:00:00\t10:00:00\t\nDelta_X\t0,02\t0,02\n***End_of_Header***\t\t\t"
+)
+CAMPBELL = (
+    '"TOA5","CR","CR1000"\n"TIMESTAMP","BitSpeed","TopSpeed","WOB"\n"TS","rad/s","rad/s","kN"\n"","Smp","Avg","Avg"'
+)
+
+
+def test_files_of_known_loggers(write, table):
+    names = ("X_Value", "Bit Speed", "Top Speed", "Comment")
+    path = write(names, table.T, separator="\t", decimal=",", above=LABVIEW.split("\n"))
+    same(read_record(path), table)
+    columns = [as_python_writes(table[:, 0]), *table.T[1:], np.full(len(table), 0.025)]
+    record = read_record(write((), columns, above=CAMPBELL.split("\n")))
+    same(record, table)
+    assert set(record.normal_force) == {25.0}
+    assert not any("dropped" in note for note in record.notes)
+    same(read_record(write(NAMES, table.T, separator=";", decimal=",", above=["sep=;"])), table)
+
+
 def test_columns_of_other_things_are_listed_and_left_out(write, table):
     index, state = [str(i) for i in range(len(table))], ["ok", "warm"] * 300 + ["ok"]
     names = ("", "time", "bit_speed", "state", "oil temperature [°C]", "top_speed", "torque", "")
