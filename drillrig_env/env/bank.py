@@ -130,13 +130,16 @@ def _bank(nominal: Rig, members: Members, drive: Drive | None, period: float, gu
     rigs = (*members.rigs, *(with_gains_of(rig, nominal) for rig in guests))
     seen = drive if drive is None or rigs == (nominal,) else drive.on(nominal)
     plants = np.array([_plant(rig, nominal, seen, period) for rig in rigs], dtype=PLANT)
-    start = _tables(rigs, period, None)
-    tables = start if seen is None else _tables(rigs, period, seen)
+    fleet = _bank(nominal, members, drive, period, ()) if guests else None
+    start = _tables(rigs, period, None, fleet and fleet.start_tables)
+    tables = start if seen is None else _tables(rigs, period, seen, fleet and fleet.tables)
     return RigBank(nominal, members, rigs[len(members) :], plants, tables, start)
 
 
-def _tables(rigs: tuple[Rig, ...], period: float, drive: Drive | None) -> Tables:
-    return step_tables(rigs[0], period, drive=drive) if len(rigs) == 1 else build_tables(rigs, period, drive=drive)
+def _tables(rigs: tuple[Rig, ...], period: float, drive: Drive | None, known: Tables | None) -> Tables:
+    if len(rigs) == 1:
+        return step_tables(rigs[0], period, drive=drive)
+    return build_tables(rigs, period, drive=drive, known=known)
 
 
 def _plant(rig: Rig, nominal: Rig, drive: Drive | None, period: float) -> tuple[float, ...]:

@@ -82,14 +82,19 @@ class Tables:
 
 @np.errstate(over="ignore", invalid="ignore")  # an impossible rig is found out by its first states
 def build_tables(
-    rigs: Sequence[Rig], period: float, tolerance: float = TOLERANCE, drive: Drive | None = None
+    rigs: Sequence[Rig],
+    period: float,
+    tolerance: float = TOLERANCE,
+    drive: Drive | None = None,
+    known: Tables | None = None,
 ) -> Tables:
     """Build the tables for rigs and a period in s; > 0. Steps are no longer than LONGEST_PERIOD.
 
     `tolerance` (rad/s, in a rig's own unit of speed: see `units_of`) is what the error of any speed stays below over
     20 s: 1e-7 to 1e-3. The bounds on a step's errors that keep it there were found by trial, with a margin of 2 or more
     (see the tests).
-    `drive` takes the place of the rigs' own.
+    `drive` takes the place of the rigs' own. What `known` tables of the same period and tolerance have is taken from
+    there.
     Raises `ValueError` for a value that is not allowed.
     """
     low, high = _TOLERANCES
@@ -101,10 +106,15 @@ def build_tables(
         check_computable(rig, drive)
     systems = [*rigs, *(mode for rig in rigs for mode in further_modes(rig))]
     ladders = np.zeros(len(systems), dtype=LADDER)
+    there = {} if known is None or known.drive != drive else dict(zip(known.rigs, known.ladders, strict=False))
+    for number, rig in enumerate(systems):
+        if rig in there:
+            ladders[number] = there[rig]
+        else:
+            _write(ladders[number], with_lag(rig), drive, period, tolerance)
     make_shortest = CALL(Shortest(systems, drive, period, ladders))
     ladders["number"], ladders["make_shortest"] = np.arange(len(systems)), address_of(make_shortest)
-    for rig, ladder in zip(systems, ladders, strict=True):
-        _write(ladder, with_lag(rig), drive, period, tolerance)
+    ladders["shortest"] = 0
     join_modes(ladders, rigs, drive)
     seen = ladders.view()
     seen.flags.writeable = False

@@ -15,7 +15,9 @@ from drillrig_env.env.scenario import UNIFORMS, Scenario
 from drillrig_env.fleet import Fleet
 from drillrig_env.model import jacobian, state_equations
 from drillrig_env.simulation import simulate
+from drillrig_env.stepper import tables
 from drillrig_env.stepper.batch import advance_batch
+from drillrig_env.stepper.rungs import longest_rungs
 
 FLEET = Fleet.around(spread={"string": 2.0, "inertias": 1.5, "motor": 1.2, "friction": 1.5}, count=6, seed=2)
 SCENARIO = Scenario(rigs=FLEET)
@@ -147,6 +149,15 @@ def test_a_reset_chooses_rigs_by_index_or_by_themselves():
     core.reset(np.array([1, 4]), np.random.default_rng(5).random((2, UNIFORMS)), {"rig": Rig(k_2=0.6)})
     assert [core.bank.rigs[k].k_2 for k in core.episodes["rig"][[1, 3, 4]]] == [0.6, own.k_2, 0.6]
     assert len(core.bank.rigs) == 8  # the rig that no episode has any more is gone
+
+
+@pytest.mark.parametrize("drive", [None, Drive(k_p=1.0, k_i=0.5)])
+def test_a_rig_beside_a_fleet_costs_no_tables_but_its_own(monkeypatch, drive):
+    core, made = begun(drive=drive), []
+    monkeypatch.setattr(tables, "longest_rungs", lambda *given: made.append(given) or longest_rungs(*given))
+    core.reset(EVERY[:1], np.full((1, UNIFORMS), 0.5), {"rig": Rig(J_1=0.0513)})
+    assert len(made) == (1 if drive is None else 2)
+    assert core.info()["rig"][0] == len(FLEET.members())
 
 
 def test_rigs_that_episodes_have_outlive_a_change_of_the_fleet():

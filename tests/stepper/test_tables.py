@@ -5,8 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from drillrig_env import Friction, Rig
+from drillrig_env import Drive, Friction, Rig
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
+from drillrig_env.stepper import tables
 from drillrig_env.stepper.exponentials import NODES, POWERS_FROM_NODES, RADAU_NODES
 from drillrig_env.stepper.ladder import (
     LADDER,
@@ -20,6 +21,7 @@ from drillrig_env.stepper.ladder import (
     rows_of,
     to_states,
 )
+from drillrig_env.stepper.rungs import longest_rungs
 from drillrig_env.stepper.tables import build_tables, step_tables
 
 RIG = Rig(T_r2=0.05)
@@ -139,3 +141,19 @@ def test_rigs_side_by_side_have_the_tables_that_they_have_by_themselves():
             if name not in ("number", "make_shortest", "shortest", "below", "above"):  # places
                 np.testing.assert_array_equal(beside.ladders[number][name], alone[name])
     assert beside.ladders["number"].tolist() == list(range(len(beside.ladders)))
+
+
+def test_tables_that_are_known_are_taken_and_only_the_others_made(monkeypatch):
+    rigs, drive = (Rig(), RIG, Rig(J_1=0.05)), Drive(k_p=1.0, k_i=0.5)
+    known, anew, softer = build_tables(rigs[:2], 0.08), build_tables(rigs, 0.08), build_tables(rigs, 0.08, drive=drive)
+    made = list[float]()
+    monkeypatch.setattr(tables, "longest_rungs", lambda *given: made.append(given[2]) or longest_rungs(*given))
+    beside = build_tables(rigs, 0.08, known=known)
+    assert len(made) == 2  # the third rig, and the second one's disc 2 in stick
+    other = build_tables(rigs, 0.08, drive=drive, known=known)
+    assert len(made) == 2 + len(other.ladders)
+    for name in LADDER.names:
+        if name not in ("make_shortest", "shortest"):
+            np.testing.assert_array_equal(beside.ladders[name], anew.ladders[name])
+            np.testing.assert_array_equal(other.ladders[name], softer.ladders[name])
+    assert not beside.ladders["shortest"].any()
