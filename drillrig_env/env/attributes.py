@@ -95,7 +95,8 @@ class PlaysTask:
         """Ask for another speed (rad/s) from now on, of all rigs or, as an array with one entry a rig, of each.
 
         It is the operator's hand in an episode under way: the next observation shows it. Raises `ValueError` for a
-        target that the task does not allow, and where the scenario's course gives it.
+        target that the task does not allow, and where the scenario's course gives it, and `ResetNeeded` before the
+        first episode.
         """
         self.core.set_target(speed_target)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from gymnasium.error import ResetNeeded
 
 from drillrig_env.allowed import COUNT
 from drillrig_env.arrays import FloatArray, Observations, Quantity
@@ -175,8 +176,9 @@ class EpisodeBatch(PlaysTask):
     def set_target(self, speed_target: Quantity) -> None:
         """Ask for another speed (rad/s) from now on, of all rigs or, as an array of shape (n,), of each by itself.
 
-        The next observation shows it. A target step that is still to come comes. Raises `ValueError` for a target that
-        is not allowed, and where the scenario's course gives it.
+        The next observation shows it. A target step that is still to come comes, and the next episode draws its own
+        target. Raises `ValueError` for a target that is not allowed, and where the scenario's course gives it, and
+        `ResetNeeded` where none has begun.
         """
         if not self._task.targets.holds(speed_target):
             raise refuse("set_target", "speed_target", speed_target, "rad/s", self._task.targets)
@@ -184,6 +186,8 @@ class EpisodeBatch(PlaysTask):
             raise refuse("set_target", "shape of speed_target", np.shape(speed_target), "", f"(), or ({len(self)},)")
         if self.scenario.course is not None and "speed_target" in self.scenario.course.given:
             raise ValueError("set_target: the scenario's course gives the target; give it no speed_target")
+        if not self.episodes["speed_target"].all():
+            raise ResetNeeded("set_target: no episode has begun; call reset() first")
         self.episodes["speed_target"] = speed_target
 
     def step(self, actions: npt.NDArray[np.float32]) -> None:

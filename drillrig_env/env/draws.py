@@ -24,6 +24,8 @@ _SHIFTS = np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0, 31.0,
 _BEHIND = 2.0**26
 """Behind so many bits, those of a uniform number make another one, for what few scenarios draw."""
 
+_HALF = 0.5 / _BEHIND
+
 _ONE_RIG = np.ones((1, 3))
 
 
@@ -87,7 +89,8 @@ def draw_episodes(
     coefficients = np.stack([drawn[name] for name in ("mu_s", "mu_k", "v_b")], axis=1)
     logarithms = np.zeros((n, 3))
     if scenario.wandering is not None:
-        logarithms = scenario.wandering.deviation * ndtri(_behind(u[2:5]) + 0.5 / _BEHIND).T
+        inside = np.minimum(_behind(u[2:5]) + _HALF, 1.0 - _HALF)  # of (0, 1), at whose ends there is no such number
+        logarithms = scenario.wandering.deviation * ndtri(inside).T
         drawn["mu_k"] = coefficients[:, 1] * np.exp(logarithms[:, 0])
         drawn["mu_s"] = drawn["mu_k"] + (coefficients[:, 0] - coefficients[:, 1]) * np.exp(logarithms[:, 1])
         drawn["v_b"] = coefficients[:, 2] * np.exp(logarithms[:, 2])

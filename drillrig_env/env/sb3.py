@@ -27,6 +27,9 @@ try:
 except ImportError as error:
     raise missing("training", "Stable-Baselines3", "agents") from error
 
+_FOR_ALL = ("change", "set_target")
+"""Methods that are for all rigs alike."""
+
 
 class DrillRigVecEnv(ManyRigs, VecEnv):
     """N rigs of `DrillRig-v0` for Stable-Baselines3; arguments as for `DrillRigVectorEnv`.
@@ -134,12 +137,16 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
 
         Raises `AttributeError` for what cannot be changed (see `change`) and `ValueError` for some rigs only.
         """
-        if len(list(self._get_indices(indices))) != self.num_envs:
-            raise ValueError(f"set_attr: {attr_name} for some rigs only is not allowed; allowed: for all")
+        self._check_all("set_attr", attr_name, indices)
         set_for_all(self, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """Call a method of this environment once for each of `indices`."""
+        """Call a method of this environment once for each of `indices`.
+
+        Raises `ValueError` for `change` and `set_target` for some rigs only.
+        """
+        if method_name in _FOR_ALL:
+            self._check_all("env_method", method_name, indices)
         return [getattr(self, method_name)(*args, **kwargs) for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
@@ -149,6 +156,12 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
     def get_images(self) -> Iterable[np.ndarray | None]:  # type: ignore[override]
         """The rigs as RGB, a frame of shape (540, 960, 3) each, in the mode "rgb_array"; otherwise None for each."""
         return [None] * self.num_envs if self._pictures is None else self._pictures.frames()
+
+    def _check_all(self, where: str, name: str, indices: VecEnvIndices) -> None:
+        """Raise `ValueError` where not all rigs are meant."""
+        if len(list(self._get_indices(indices))) != self.num_envs:
+            each = "; an array has a target for each" if name == "set_target" else ""
+            raise ValueError(f"{where}: {name} for some rigs only is not allowed; allowed: for all{each}")
 
     def _begin_pinned(self, rigs: npt.NDArray[np.intp]) -> None:
         """Begin an episode in the rigs of these numbers, with what `set_options` has pinned."""

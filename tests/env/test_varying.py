@@ -3,11 +3,14 @@
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
 from scipy import stats
 
 from drillrig_env import Course, Friction, Scenario, Task, Tilt, Wandering, make_sb3, simulate
 from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.draws import draw_episodes
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.env.scenario import UNIFORMS
 from drillrig_env.simulation import SIGNALS
 
 REST = np.zeros((1, 1), np.float32)
@@ -154,8 +157,46 @@ def test_the_operator_asks_for_another_speed():
     training.reset()
     training.env_method("set_target", 2.5)
     assert np.all(training.core.episodes["speed_target"] == 2.5)
+    training.env_method("set_target", [1.5, 2.0])
+    assert training.core.episodes["speed_target"].tolist() == [1.5, 2.0]
     env.reset(seed=1)
     assert env.core.episodes["speed_target"][0] != 4.5
+
+
+@pytest.mark.parametrize(("method", "value"), [("set_target", 2.5), ("change", "wide")])
+def test_some_rigs_of_a_batch_cannot_be_asked_for_another_speed_or_scenario(method, value):
+    training = make_sb3(3)
+    training.reset()
+    before, scenario = training.core.episodes["speed_target"].copy(), training.scenario
+    arguments = {"scenario": value} if method == "change" else {"speed_target": value}
+    with pytest.raises(ValueError, match=f"env_method: {method} for some rigs only is not allowed; allowed: for all"):
+        training.env_method(method, indices=[0], **arguments)
+    np.testing.assert_array_equal(training.core.episodes["speed_target"], before)
+    assert training.scenario is scenario
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: gym.make("DrillRig-v0").unwrapped,
+        lambda: gym.make_vec("DrillRig-v0", num_envs=2),
+        lambda: make_sb3(2),
+    ],
+)
+def test_before_the_first_episode_nobody_can_be_asked_for_a_speed(make):
+    env = make()
+    with pytest.raises(ResetNeeded, match="no episode has begun"):
+        env.set_target(2.0)
+    env.reset()
+    env.set_target(2.0)
+
+
+def test_no_draw_lets_friction_wander_to_infinity():
+    uniforms = np.full((2, UNIFORMS), 1.0 - 2.0**-53)
+    uniforms[1] = 0.0
+    draws = draw_episodes(Scenario(wandering=Wandering(2.0), spread=0.0), uniforms, 60.0, {})
+    assert np.abs(draws.logarithms / 2.0).max() == pytest.approx(5.66, abs=0.01)
+    np.testing.assert_allclose(draws.logarithms[0], -draws.logarithms[1], rtol=1e-6)
 
 
 @pytest.mark.parametrize(
