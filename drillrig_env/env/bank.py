@@ -131,8 +131,8 @@ def _bank(nominal: Rig, members: Members, drive: Drive | None, period: float, gu
     seen = drive if drive is None or rigs == (nominal,) else drive.on(nominal)
     plants = np.array([_plant(rig, nominal, seen, period) for rig in rigs], dtype=PLANT)
     fleet = _bank(nominal, members, drive, period, ()) if guests else None
-    start = _tables(rigs, period, None, fleet and fleet.start_tables)
-    tables = start if seen is None else _tables(rigs, period, seen, fleet and fleet.tables)
+    start = _tables(rigs, period, None, fleet.start_tables if fleet else None)
+    tables = start if seen is None else _tables(rigs, period, seen, fleet.tables if fleet else None)
     return RigBank(nominal, members, rigs[len(members) :], plants, tables, start)
 
 
