@@ -135,10 +135,8 @@ def write_comparison(path: str | Path, record: Record, simulated: Mapping[str, F
 
 
 def _not_recorded(record: Record, name: str, unit: str) -> ValueError:
-    flag = f"--{name.replace('_', '-')}"
-    return ValueError(
-        f"{record.source}: {name} ({unit}) was not recorded; give it, {flag} {unit.upper()}, or its column"
-    )
+    flag = f"--{name.replace('_', '-')} {unit.upper()}"
+    return ValueError(f"{record.source}: {name} ({unit}) was not recorded; give it, {flag}, or tell its column")
 
 
 def _scores(record: Record, simulated: Mapping[str, FloatArray], window: float) -> list[Score]:

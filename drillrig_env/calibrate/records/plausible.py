@@ -10,6 +10,7 @@ import numpy as np
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.records.columns import Reading
 from drillrig_env.calibrate.records.motion import is_aliased, period_of
+from drillrig_env.calibrate.records.quantities import QUANTITIES
 from drillrig_env.calibrate.records.record import Record
 
 _FEWEST = 8  # samples
@@ -84,10 +85,11 @@ def check_speeds(record: Record, readings: Mapping[str, Reading]) -> None:
     for name, speed in record.speeds.items():
         reading = readings[name]
         if not reading.stated and (peak := _fastest(speed)) > _FASTEST:
-            column = reading.column.name
+            column, quantity = reading.column.name, reading.quantity
+            unit = "rpm" if QUANTITIES[quantity] == "speed" else "deg"
             raise ValueError(
                 f"{record.source}, column {column}: {peak:.3g} rad/s, as no unit is written, is too fast for a rig; "
-                f'allowed: <= {_FASTEST:g} rad/s; tell the unit: --map "{column}={name}:rpm"'
+                f'allowed: <= {_FASTEST:g} rad/s; tell the unit: --map "{column}={quantity}:{unit}"'
             )
     means = {name: float(np.nanmean(speed)) for name, speed in record.speeds.items()}
     ordered = sorted(means, key=lambda name: abs(means[name]))

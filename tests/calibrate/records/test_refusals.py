@@ -89,6 +89,8 @@ def test_scales_that_no_rig_has(write, table):
     names = ("time", "bit_speed", "top_speed", "speed_reference")
     reference = np.full(len(table), 3.14)
     refused(write(names[:2], [time, bit * RPM]), ["column bit_speed", "65 rad/s", '--map "bit_speed=bit_speed:rpm"'])
+    degrees = np.degrees(np.cumsum(bit) * 0.02)
+    refused(write(("time", "bit_angle"), [time, degrees]), ["column bit_angle", '--map "bit_angle=bit_angle:deg"'])
     refused(write(names[:3], [time, bit * 8.5, top]), ["bit_speed", "is bit_speed in rpm?", "winds up the string by"])
     refused(write(names, [time, bit * 5, top * 5, reference]), ["top_speed is", "3.14 rad/s", "before the gear"])
     stated = ("time", "bit_speed [rad/s]", "top_speed [rad/s]", "speed_reference")
