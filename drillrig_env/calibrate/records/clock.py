@@ -17,6 +17,7 @@ _GAP = 10.0  # median sample periods that make a gap
 _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"), (1e8, "s"))
 """Times above each of these, since 1970, are in that unit: the years from 1973 on, and long after all of us."""
 
+_SAME = 0.9  # share of the rows of one time that are the same, where rows were written more than once
 _RUN = 0.05  # share of the file that is a run of its own, and no samples that came late
 _FEWEST = 8  # samples of such a run
 
@@ -46,14 +47,14 @@ def read_clock(table: RawTable, reading: Reading) -> Clock:
             f"{table.source}, column {reading.column.name}: {len(known)} samples with a time, "
             f"{len(np.unique(seconds[known]))} of them apart; allowed: many, each at a time of its own"
         )
-    _check_runs(table, seconds, known)
+    _check_runs(table, reading, seconds, known)
     late = int(np.sum(np.diff(seconds[known]) < 0.0))
     order = known[np.argsort(seconds[known], kind="stable")]
     if late:
         notes.append(f"times that fall: {late}, the samples were sorted")
     time = seconds[order]
     ticks, first, counts = np.unique(time, return_index=True, return_counts=True)
-    if len(ticks) >= 3 and np.median(counts) > 1:
+    if len(ticks) >= 3 and np.median(counts) > 1 and not _is_written_twice(table, order, time):
         time = _spread(ticks, counts)
         notes.append(f"the clock ticks each {np.median(np.diff(ticks)):g} s: samples are spread evenly over each tick")
     elif len(ticks) < len(time):
@@ -89,14 +90,25 @@ def _seconds(table: RawTable, reading: Reading) -> tuple[FloatArray, bool, str]:
     return column.values, True, " in s, as no unit is written"
 
 
-def _check_runs(table: RawTable, seconds: FloatArray, known: npt.NDArray[np.int64]) -> None:
+def _is_written_twice(table: RawTable, order: npt.NDArray[np.int64], time: FloatArray) -> bool:
+    """Whether rows of one time hold the same numbers too."""
+    same_time = np.flatnonzero(np.diff(time) == 0.0)
+    same = np.ones(len(same_time), dtype=bool)
+    for column in table.columns:
+        if column.values.dtype.kind == "f":
+            values = np.nan_to_num(column.values[order])
+            same &= values[same_time] == values[same_time + 1]
+    return bool(np.mean(same) > _SAME)
+
+
+def _check_runs(table: RawTable, reading: Reading, seconds: FloatArray, known: npt.NDArray[np.int64]) -> None:
     """Raise `ValueError` for a clock that runs backwards all the time, and where it begins anew for another record."""
     time = seconds[known]
     falls = np.flatnonzero(np.diff(time) < 0.0) + 1
     if len(falls) == len(time) - 1 > 1:
         raise ValueError(
-            f"{table.place(int(known[0]))}, column time: the clock runs backwards, from {time[0]:g} to {time[-1]:g} s; "
-            "allowed: the earliest sample first"
+            f"{table.place(int(known[0]))}, column {reading.column.name}: the clock runs backwards, "
+            f"from {time[0]:g} to {time[-1]:g} s; allowed: the earliest sample first"
         )
     begins = np.concatenate([[0], falls, [len(time)]])
     lengths = np.diff(begins)
@@ -105,8 +117,9 @@ def _check_runs(table: RawTable, seconds: FloatArray, known: npt.NDArray[np.int6
         inside = np.count_nonzero((time[:begin] > time[begin]) & (time[:begin] < time[end - 1]))
         if inside > 0.5 * lengths[k]:
             raise ValueError(
-                f"{table.place(int(known[begin]))}, column time: the clock falls from {time[begin - 1]:g} to "
-                f"{time[begin]:g} s and runs through the same times again; allowed: one record a file"
+                f"{table.place(int(known[begin]))}, column {reading.column.name}: the clock falls from "
+                f"{time[begin - 1]:g} to {time[begin]:g} s and runs through the same times again; "
+                "allowed: one record a file"
             )
 
 
@@ -115,9 +128,10 @@ def _spread(ticks: FloatArray, counts: npt.NDArray[np.int64]) -> FloatArray:
 
     The first tick may have begun before the record, and the last may go on after it.
     """
-    lengths = np.diff(ticks, append=ticks[-1])
-    step = np.median(lengths[:-1]) / np.median(counts)
-    steps = np.append(lengths[:-1], 0.0) / counts
+    lengths = np.diff(ticks)
+    usual = np.median(lengths)
+    step = usual / np.median(counts)
+    steps = np.append(np.where(lengths < 1.5 * usual, lengths, usual), 0.0) / counts  # none goes on through a gap
     steps[-1] = step
     begins = ticks.copy()
     if counts[0] < np.median(counts):

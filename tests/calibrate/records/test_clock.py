@@ -40,6 +40,12 @@ def test_repeated_times_are_kept_once(write, table):
     assert "repeated times: 86 samples dropped, the first of each time is kept" in record.notes
 
 
+def test_rows_that_were_all_written_twice(write, table):
+    record = read(write, np.repeat(table, 2, axis=0))
+    same(record, table)
+    assert "repeated times: 601 samples dropped, the first of each time is kept" in record.notes
+
+
 def test_rows_without_a_time_are_dropped(write, table):
     rows = table.copy()
     rows[[5, 80], 0] = np.nan
@@ -65,6 +71,13 @@ def test_a_clock_that_ticks_more_slowly_than_samples_come_is_spread_evenly(write
     record = read(write, rows)
     same(record, table[begin:])
     assert any(f"the clock ticks each {tick:g} s" in note for note in record.notes)
+
+
+def test_a_coarse_clock_stops_at_a_gap(write, table):
+    rows = np.delete(table, slice(200, 350), axis=0)
+    coarse = rows.copy()
+    coarse[:, 0] = np.floor(rows[:, 0] / 0.1 + 1e-9) * 0.1
+    same(read(write, coarse), rows)
 
 
 @pytest.mark.parametrize(
