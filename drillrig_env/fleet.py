@@ -20,7 +20,7 @@ import numpy as np
 from drillrig_env.allowed import Allowed, Made
 from drillrig_env.arrays import FloatArray
 from drillrig_env.model import jacobian
-from drillrig_env.parameters import check_fields, checked, closest, parameter, refuse
+from drillrig_env.parameters import POSITIVE, check_fields, checked, closest, parameter, refuse
 from drillrig_env.rig import Rig, RigLike
 
 GROUPS = {
@@ -60,6 +60,13 @@ def _read_rigs(rigs: Any) -> tuple[Rig, ...]:
     return tuple(Rig.of(rig) for rig in rigs)
 
 
+def _read_friction(friction: Any) -> tuple[tuple[float, float, float], ...]:
+    rows = np.asarray(friction, dtype=float)
+    if rows.size and (rows.ndim != 2 or rows.shape[1] != 3 or not POSITIVE.holds(rows)):
+        raise ValueError(f"friction = {friction!r} is not allowed; allowed: three factors > 0 for each rig")
+    return tuple((float(row[0]), float(row[1]), float(row[2])) for row in rows)
+
+
 def _read_spread(spread: Any) -> dict[str, float]:
     """Factors by parameter, the names of groups resolved; what is named by itself goes before its group."""
     if not isinstance(spread, Mapping):
@@ -84,6 +91,11 @@ class Fleet:
     """
 
     rigs: tuple[Rig, ...] = parameter((), meaning="rigs given one by one", allowed=Made(_read_rigs, "a list of rigs"))
+    friction: tuple[tuple[float, float, float], ...] = parameter(
+        (),
+        meaning="factors of mu_k, mu_s - mu_k and v_b on each of these rigs",
+        allowed=Made(_read_friction, "three factors > 0 for each rig"),
+    )
     rig: Rig | None = parameter(
         None, meaning="the rig that others are drawn around", allowed=Made(Rig.of, "a rig"), none="the nominal rig"
     )
@@ -99,6 +111,8 @@ class Fleet:
         check_fields(self)
         if self.rigs and self.spread:
             raise ValueError("Fleet: both rigs and a spread are given; allowed: one of them")
+        if self.friction and len(self.friction) != len(self.rigs):
+            raise refuse("Fleet", "rows of friction", len(self.friction), "", f"{len(self.rigs)}, one for each rig")
         if not self.rigs and not self.spread:
             raise ValueError("Fleet: neither rigs nor a spread is given; allowed: one of them")
 
@@ -143,7 +157,7 @@ class Fleet:
         """
         nominal = Rig.of(nominal)
         if self.rigs:
-            return _given(self.rigs, nominal)
+            return _given(self.rigs, self.friction, nominal)
         return _drawn(self.rig or nominal, nominal, tuple(self.spread.items()), self.count, self.seed)
 
     def __str__(self) -> str:
@@ -180,14 +194,14 @@ def of_one(rig: Rig) -> Members:
 
 
 @lru_cache(maxsize=16)
-def _given(rigs: tuple[Rig, ...], nominal: Rig) -> Members:
+def _given(rigs: tuple[Rig, ...], friction: tuple[tuple[float, float, float], ...], nominal: Rig) -> Members:
     driven = tuple(with_gains_of(rig, nominal) for rig in rigs)
     for number, rig in enumerate(driven):
-        if not _is_stable(rig):
+        if not is_stable_without_friction(rig):
             raise ValueError(
                 f"Fleet: rig {number} does not turn steadily with the nominal drive, even without friction"
             )
-    return Members(driven, np.ones((len(rigs), 3)), 0)
+    return Members(driven, np.array(friction) if friction else np.ones((len(rigs), 3)), 0)
 
 
 @lru_cache(maxsize=16)
@@ -205,7 +219,7 @@ def _drawn(rig: Rig, nominal: Rig, spread: tuple[tuple[str, float], ...], count:
         factors = {name: factor ** (2.0 * uniform[name] - 1.0) for name, factor in spread}
         changes = {name: getattr(rig, name) * factors[name] for name in _OF_RIGS if name in factors}
         drawn = with_gains_of(replace(rig, **changes), nominal)
-        if not _is_stable(drawn):
+        if not is_stable_without_friction(drawn):
             left_out += 1
             continue
         found.append(drawn)
@@ -213,6 +227,6 @@ def _drawn(rig: Rig, nominal: Rig, spread: tuple[tuple[str, float], ...], count:
     return Members(tuple(found), np.array(friction), left_out)
 
 
-def _is_stable(rig: Rig) -> bool:
+def is_stable_without_friction(rig: Rig) -> bool:
     """Whether the rig turns steadily without friction."""
     return bool(np.linalg.eigvals(jacobian(rig)).real.max() < 0.0)

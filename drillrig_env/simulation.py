@@ -178,7 +178,8 @@ def _fast(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolera
     contacts = pieces.friction(0, len(pieces.intervals)).contacts(rig, pieces.references, len(pieces.intervals))
     if disc is not None:
         disc.put_on(contacts, 0.0)
-    return np.concatenate([state[None], advance_along(rig, contacts, state, pieces.intervals, period, tolerance)])
+    runs = advance_along(rig, contacts[None], state[None], pieces.intervals, period, tolerance)
+    return np.concatenate([state[None], runs[0]])
 
 
 def _by_pieces(solve: Callable[..., FloatArray]) -> _Method:

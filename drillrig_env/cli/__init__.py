@@ -19,6 +19,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "info": ("drillrig_env.cli.info", "a rig in numbers: parameters, critical speed, fold, periods; write a rig file"),
     "simulate": ("drillrig_env.cli.simulate", "run a rig in time: a summary, a CSV file, a picture"),
     "figures": ("drillrig_env.plots.__main__", "draw the chapter's figures and the bistable region for a rig"),
+    "calibrate": ("drillrig_env.calibrate.command", "fit a rig and its friction to records of it"),
     "measured": ("drillrig_env.calibrate.measured", "score a measured run against the model"),
     "evaluate": ("drillrig_env.cli.evaluate", "compare policies on the same random rigs"),
     "train": ("drillrig_env.cli.train", "train an agent (in a clone of the project)"),

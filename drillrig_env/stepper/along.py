@@ -14,26 +14,32 @@ from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
 from drillrig_env.stepper.propagator import advance
-from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.tables import TOLERANCE, step_tables
 from drillrig_env.stepper.workspace import workspace
 
 
 def advance_along(
-    rig: Rig, contacts: np.ndarray, state: FloatArray, lengths: FloatArray, period: float, tolerance: float
+    rig: Rig,
+    contacts: np.ndarray,
+    states: FloatArray,
+    lengths: FloatArray,
+    period: float,
+    tolerance: float = TOLERANCE,
 ) -> FloatArray:
-    """Advance one rig over n intervals of some `lengths` (s), with the contact of each; its states, shape (n, 7).
+    """Advance runs of one rig over n intervals of some `lengths` (s), with the contact of each; shape (runs, n, 7).
 
-    `contacts` are records of CONTACT, shape (n,), `state` has shape (7,), and `period` (s) is what steps are taken
-    from. On a tilted disc the angle of the first contact is m theta_1 + phi at the start; those of the others follow.
+    `contacts` are records of CONTACT, shape (runs, n), `states` has shape (runs, 7), and `period` (s) is what steps are
+    taken from. On a tilted disc the angle of the first contact of a run is m theta_1 + phi at its start; those of the
+    others follow.
     """
     parts = _parts(lengths, period)
     coarse = step_tables(rig, period, tolerance)
     fine = step_tables(rig, period / UNITS, tolerance) if parts[:, 2].any() else coarse
-    changed = np.ones(len(contacts), dtype=np.bool_)
-    changed[1:] = contacts[1:] != contacts[:-1]
-    result = np.empty((len(contacts), 7))
-    start, contacts = np.array(state, dtype=float), contacts.copy()
-    _advance(start, contacts, changed, parts, period, coarse.ladders, fine.ladders, workspace(), result)
+    changed = np.ones(contacts.shape, dtype=np.bool_)
+    changed[:, 1:] = contacts[:, 1:] != contacts[:, :-1]
+    result = np.empty((*contacts.shape, 7))
+    starts, contacts = np.array(states, dtype=float), contacts.copy()
+    _advance(starts, contacts, changed, parts, period, coarse.ladders, fine.ladders, workspace(), result)
     return result
 
 
@@ -45,7 +51,7 @@ def _parts(lengths: FloatArray, period: float) -> npt.NDArray[np.int64]:
 
 @compiled
 def _advance(
-    state: FloatArray,
+    starts: FloatArray,
     contacts: Records,
     changed: npt.NDArray[np.bool_],
     parts: npt.NDArray[np.int64],
@@ -56,20 +62,22 @@ def _advance(
     result: FloatArray,
 ) -> None:
     work, ladder = works[0], coarse[0]
-    y, angle = work.y, float(contacts[0].angle)
-    for i in range(result.shape[0]):
-        contact = contacts[i]
-        if changed[i]:
-            from_equilibrium(state if i == 0 else result[i - 1], contact, ladder, y)
-        contact.period = period
-        for _ in range(parts[i, 0]):
-            angle = _turn(contact, coarse, work, UNITS, angle)
-        if parts[i, 1] > 0:
-            angle = _turn(contact, coarse, work, parts[i, 1], angle)
-        if parts[i, 2] > 0:
-            contact.period = period / UNITS
-            angle = _turn(contact, fine, work, parts[i, 2], angle)
-        to_states(y, contact, ladder, result[i])
+    y = work.y
+    for run in range(result.shape[0]):
+        angle = float(contacts[run, 0].angle)
+        for i in range(result.shape[1]):
+            contact = contacts[run, i]
+            if changed[run, i]:
+                from_equilibrium(starts[run] if i == 0 else result[run, i - 1], contact, ladder, y)
+            contact.period = period
+            for _ in range(parts[i, 0]):
+                angle = _turn(contact, coarse, work, UNITS, angle)
+            if parts[i, 1] > 0:
+                angle = _turn(contact, coarse, work, parts[i, 1], angle)
+            if parts[i, 2] > 0:
+                contact.period = period / UNITS
+                angle = _turn(contact, fine, work, parts[i, 2], angle)
+            to_states(y, contact, ladder, result[run, i])
 
 
 @inlined

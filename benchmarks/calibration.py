@@ -1,0 +1,160 @@
+"""How often the intervals of a calibration hold the truth: twins, records of rigs that are known, fitted one by one.
+
+    python -m benchmarks.calibration
+    python -m benchmarks.calibration --twins 50 --kinds chapter other
+
+Four kinds of rig: the chapter's; one of other size, 2.5 times slower and 20 times as strong; one whose friction falls
+as a Gaussian, fitted with that law; and one whose disc turns untrue by 5 %, which the fit does not know. Each twin has
+three records at 100 Hz, as a logger writes them: steps of the speed without load, a slow sweep under load, and
+stick-slip; with noise, speeds in steps of 0.01 of their unit, glitches and a gap. One disc is weighed (J_1 known).
+
+Coverage is the share of twins whose true value lies in the 90 % interval, over all parameters that the fit calls
+determined, of the worst one, and of critical speed and end of stick-slip at the load of the records.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from benchmarks.measure import note, print_table
+from drillrig_env import Friction, Rig, Tilt, simulate
+from drillrig_env.allowed import COUNT
+from drillrig_env.calibrate.calibration import BY_RECORDS, Calibration, calibrate
+from drillrig_env.calibrate.meaning import meanings
+from drillrig_env.calibrate.records import Record
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import of_kind
+from drillrig_env.scales import Scales
+from drillrig_env.stability import critical_speed, end_of_stick_slip
+
+TWINS, STARTS = 50, 1
+_SLOW, _STRONG = 2.5, 20.0
+_GLITCHES, _STEP, _GAP = 4, 0.01, 0.5  # a record; of a speed, in its unit; s on the chapter's rig
+_OFF = 0.15  # how far the fit begins from the truth, a standard deviation of logarithms
+_NOISE = {"bit_speed": 0.02, "top_speed": 0.02, "current": 0.02, "voltage": 0.05}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A rig that twins are made of."""
+
+    rig: Rig
+    friction: Friction  # N_1 is that of the loaded records
+    tilt: Tilt | None = None
+
+
+def kinds() -> dict[str, Kind]:
+    """The kinds by name."""
+    chapter = Rig()
+    slow = replace(
+        chapter,
+        **{name: getattr(chapter, name) * _STRONG * _SLOW**2 for name in ("J_1", "J_2", "J_3")},
+        **{name: getattr(chapter, name) * _STRONG for name in ("k_1", "k_2", "K_T", "T_f", "r_1")},
+        **{name: getattr(chapter, name) * _STRONG * _SLOW for name in ("d_1", "d_2", "C_m")},
+        **{name: getattr(chapter, name) * _SLOW for name in ("L", "K_E", "k_p")},
+        omega_s=chapter.omega_s / _SLOW,
+    )
+    return {
+        "chapter": Kind(chapter, Friction(20.0)),
+        "other": Kind(slow, Friction(20.0, v_b=_SLOW)),
+        "gaussian": Kind(chapter, Friction(20.0, v_b=0.5, law="gaussian")),
+        "untrue": Kind(chapter, Friction(20.0), Tilt(0.05, (2,))),
+    }
+
+
+def records_of(kind: Kind, seed: int) -> list[Record]:
+    """The three records of a twin."""
+    scales, force = Scales.of(kind.rig), float(np.max(kind.friction.normal_force))
+    time, speed = scales.time, scales.speed
+    sweep = [(0.5 * k * time, (7.0 - 4.6 * k / 120.0) * speed) for k in range(120)]
+    steps = [(t * time, v * speed) for t, v in ((0, 2.0), (10, 4.0), (20, 3.0), (30, 6.0))]
+    random = np.random.default_rng([seed, 7])
+    return [
+        _logged(kind, name, reference, load, length * time, random)
+        for name, reference, load, length in (
+            ("steps", steps, 0.0, 40.0),
+            ("sweep", sweep, force, 60.0),
+            ("stick-slip", [(0.0, 2.0 * speed)], force, 30.0),
+        )
+    ]
+
+
+def _logged(kind: Kind, name: str, reference: Any, force: float, length: float, random: np.random.Generator) -> Record:
+    """A run as a logger writes it."""
+    scales = Scales.of(kind.rig)
+    period = 0.01 * scales.time
+    run = simulate(kind.rig, kind.friction, None, reference, length, period, normal_force=force, tilt=kind.tilt)
+    units = {"bit_speed": scales.speed, "top_speed": scales.speed, "current": 1.0, "voltage": 1.0}
+    if scales.speed != 1.0:
+        units["current"] = float(np.ptp(run.current)) or 1.0
+        units["voltage"] = units["current"] * kind.rig.R / Rig().R
+    signals = {}
+    gap = random.uniform(0.2, 0.8) * length
+    lost = (run.time >= gap) & (run.time < gap + _GAP * scales.time)
+    for channel, size in _NOISE.items():
+        values = getattr(run, channel) + size * units[channel] * random.standard_normal(len(run.time))
+        if channel.endswith("speed"):
+            values = _STEP * units[channel] * np.rint(values / (_STEP * units[channel]))
+        values[random.choice(len(values), _GLITCHES, replace=False)] = np.nan  # which reading has masked
+        signals[channel] = np.where(lost, np.nan, values)
+    return Record(name, "", run.time, signals, run.speed_reference, np.full(len(run.time), force))
+
+
+def fitted(kind: Kind, seed: int) -> Calibration:
+    """The calibration of a twin, from somewhere near its rig."""
+    random = np.random.default_rng([seed, 8])
+    names = ("J_2", "J_3", "k_1", "k_2", "d_1", "d_2", "L", "R", "K_T", "K_E", "C_m", "T_f", "k_p", "k_i")
+    off = {name: getattr(kind.rig, name) * float(np.exp(_OFF * random.standard_normal())) for name in names}
+    truth = kind.friction
+    friction = replace(truth, mu_s=truth.mu_s * 0.95, mu_k=truth.mu_k * 1.05, v_b=truth.v_b * 0.9)
+    start = replace(kind.rig, **off)
+    return calibrate(records_of(kind, seed), start, friction, fix={"J_1": None}, starts=STARTS, seed=seed)
+
+
+def truth_of(kind: Kind) -> dict[str, float]:
+    """The true values by name."""
+    _, mu_s, mu_k, v_b = kind.friction.as_array()[0]
+    known = {name: float(value) for name, value in vars(kind.rig).items()}
+    return known | {"mu_k": mu_k, "mu_s - mu_k": mu_s - mu_k, "v_b": v_b}
+
+
+def covered(kind: Kind, found: Calibration) -> tuple[dict[str, bool], dict[str, bool]]:
+    """Whether each determined parameter, and each speed, lies in its interval."""
+    truth, force = truth_of(kind), float(np.max(kind.friction.normal_force))
+    parameters = {name: low <= truth[name] <= high for name, _, low, high, told in found.rows() if told == BY_RECORDS}
+    speeds = (float(critical_speed(kind.rig, kind.friction)), float(end_of_stick_slip(kind.rig, kind.friction).speed))
+    means = meanings(found, force)
+    return parameters, {one.name: one.low <= true <= one.high for one, true in zip(means, speeds, strict=True)}
+
+
+@command
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Fit the twins and print the table."""
+    parser = Parser(prog="python -m benchmarks.calibration", description=__doc__)
+    add = parser.add_argument
+    add("--twins", type=of_kind(COUNT), default=TWINS, metavar="N", help=f"of each kind (default: {TWINS})")
+    add("--kinds", choices=kinds(), nargs="+", default=list(kinds()), help="which (default: all)")
+    chosen = parser.parse_args(arguments)
+    rows = []
+    for name in chosen.kinds:
+        kind = kinds()[name]
+        parameters: dict[str, list[bool]] = {}
+        speeds: dict[str, list[bool]] = {}
+        for seed in range(chosen.twins):
+            note(f"{name}: twin {seed + 1} of {chosen.twins}")
+            for all_held, held in zip((parameters, speeds), covered(kind, fitted(kind, seed)), strict=True):
+                for one, holds in held.items():
+                    all_held.setdefault(one, []).append(holds)
+        worst = min(parameters, key=lambda one: float(np.mean(parameters[one])))
+        pooled = np.mean([holds for held in parameters.values() for holds in held])
+        shares = [f"{np.mean(held):.2f}" for held in speeds.values()]
+        rows.append([name, f"{chosen.twins}", f"{pooled:.3f}", f"{np.mean(parameters[worst]):.2f} ({worst})", *shares])
+    print_table(["rig", "twins", "determined parameters", "worst of them", "critical speed", "end of stick-slip"], rows)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

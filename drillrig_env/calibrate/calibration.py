@@ -1,0 +1,156 @@
+"""From records to a rig: one call that fits, and what comes out with how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.calibrate.fit import Best, fit
+from drillrig_env.calibrate.projection import Problem
+from drillrig_env.calibrate.records import Record
+from drillrig_env.calibrate.spread import Spread, spread_of
+from drillrig_env.calibrate.unknowns import OF_FRICTION, Unknowns
+from drillrig_env.calibrate.windows import Windows
+from drillrig_env.fleet import Fleet, is_stable_without_friction, with_gains_of
+from drillrig_env.friction import Friction, FrictionLike
+from drillrig_env.parameters import COUNT, checked
+from drillrig_env.rig import Rig, RigLike
+from drillrig_env.scales import Scales
+
+WINDOW, STEP = 3.0, 0.01
+"""Length of a window, and shortest step of its grid, s on the chapter's rig."""
+
+STARTS, DRAWS = 24, 64
+
+BY_RECORDS, NOT_BY_RECORDS = "by the records", "not determined by these records"
+"""How a parameter is known."""
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A rig as records tell it: the best fit, how well it is known, and joint draws of what it may be."""
+
+    records: tuple[Record, ...]
+    best: Best
+    spread: Spread
+    draws: FloatArray  # (DRAWS, names): logarithms of the parameters, joint
+    seed: int
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What was looked for."""
+        return self.best.problem.unknowns
+
+    @property
+    def rig(self) -> Rig:
+        """The rig that fits best."""
+        return self.unknowns.at(self.best.logs)[0]
+
+    @property
+    def friction(self) -> Friction:
+        """Its friction, at the normal force of the one that the fit began with."""
+        return self.unknowns.at(self.best.logs)[1]
+
+    def interval(self, name: str, share: float = 0.9) -> tuple[float, float]:
+        """Between which values a parameter lies with a probability, by its name."""
+        k = self.unknowns.names.index(name)
+        value = self.unknowns.values(self.best.logs)[name]
+        away = float(np.exp(self.spread.interval(share)[k]))
+        return value / away, value * away
+
+    def rigs(self) -> list[tuple[Rig, Friction]]:
+        """The joint draws as rigs and their frictions."""
+        return [self.unknowns.at(logs) for logs in self.draws]
+
+    def fleet(self, part: slice = slice(None)) -> Fleet:
+        """The joint draws as rigs of a fleet, for `Scenario(rigs=...)` with the best `friction`; or a `part` of them.
+
+        The drive's gains are settings: in an environment they are those of its nominal rig, which is to be `rig`. Draws
+        whose drive does not turn steadily are left out.
+        """
+        names = self.unknowns.names
+        best = np.array([self.unknowns.values(self.best.logs)[name] for name in names])
+        rigs, factors = [], []
+        for logs in self.draws[part]:
+            rig = with_gains_of(self.unknowns.at(logs)[0], self.rig)
+            if is_stable_without_friction(rig):
+                found = dict(zip(names, np.array(list(self.unknowns.values(logs).values())) / best, strict=True))
+                rigs.append(rig)
+                factors.append(tuple(found.get(name, 1.0) for name in OF_FRICTION))
+        return Fleet(rigs=tuple(rigs), friction=tuple(factors))
+
+    def rows(self) -> list[tuple[str, float, float, float, str]]:
+        """A row for each parameter that was looked for: name, value, 90 % interval, and how it is known."""
+        found = []
+        for name, determined in zip(self.unknowns.names, self.spread.determined, strict=True):
+            low, high = self.interval(name)
+            told = BY_RECORDS if determined else NOT_BY_RECORDS
+            found.append((name, self.unknowns.values(self.best.logs)[name], low, high, told))
+        return found
+
+
+def calibrate(
+    records: Sequence[Record],
+    rig: RigLike = None,
+    friction: FrictionLike = None,
+    *,
+    fix: Mapping[str, float | None] | None = None,
+    weigh: Mapping[str, float] | None = None,
+    starts: int = STARTS,
+    seed: int = 0,
+    window: float | None = None,
+    told: Callable[[int, float], None] | None = None,
+) -> Calibration:
+    """Fit a rig and its friction to records of it, each with speed reference and normal force.
+
+    The fit begins from `rig` and `friction` and from `starts` places around them, drawn by `seed`. `fix` holds
+    parameters at a value, or with None where they are; `weigh` has the relative standard deviation of what has been
+    measured by itself, such as {"J_1": 0.02}. Speeds alone leave one common scale of all torques open, which current
+    and voltage, or one weighed disc, close. `window` (s) is the length of the pieces that a record is cut into, each
+    with a start of its own, by default 1.3 of the rig's slowest periods. `told` hears how many starts are done and the
+    best cost so far.
+
+    Raises `ValueError` for a record without inputs or too short, an unknown parameter, and for fewer than 4 windows;
+    `NotFiniteError` where the model runs away from every start.
+    """
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
+    if not records:
+        raise ValueError("calibrate: no record is given; allowed: at least one")
+    starts = checked("calibrate", "starts", starts, "", COUNT)
+    unknowns = Unknowns.of(rig, friction, fix, weigh)
+    time = Scales.of(rig).time
+    length = WINDOW * time if window is None else window
+    windows = [Windows.of(one, max(one.sample_period, STEP * time), length) for one in records]
+    loaded = any(np.any(one.forces > 0.0) for one in windows)
+    if not loaded:  # nothing presses: friction cannot be seen
+        unknowns = Unknowns.of(rig, friction, {**dict.fromkeys(OF_FRICTION), **(fix or {})}, weigh)
+    problem = Problem(windows, unknowns, [one.noise for one in windows])
+    best = fit(problem, starts, seed, told)
+    spread = spread_of(best)
+    return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed)
+
+
+def information(
+    records: Sequence[Record], rig: RigLike = None, friction: FrictionLike = None, **known: Mapping[str, float | None]
+) -> dict[str, float]:
+    """What records can tell of each parameter before any fit: its relative standard deviation, by name.
+
+    It is the Fisher information at `rig` and `friction`, with the noise that the records show; `known` are `fix` and
+    `weigh` of `calibrate`. A parameter of which the records tell nothing has the 1.1 that it had beforehand.
+    """
+    rig, friction = Rig.of(rig), Friction.of(friction).single()
+    unknowns = Unknowns.of(rig, friction, **known)  # type: ignore[arg-type]
+    time = Scales.of(rig).time
+    windows = [Windows.of(one, max(one.sample_period, STEP * time), WINDOW * time) for one in records]
+    problem = Problem(windows, unknowns, [one.noise for one in windows])
+    logs = np.zeros(len(unknowns.names))
+    problem.begin(logs)
+    problem.residuals(logs)
+    total = np.diag(unknowns.deviations**-2)
+    for J in problem.derivatives(logs):
+        total = total + np.einsum("nij,nik->jk", J, J)
+    deviations = np.sqrt(np.diag(np.linalg.inv(total)))
+    return dict(zip(unknowns.names, deviations.tolist(), strict=True))

@@ -1,0 +1,147 @@
+"""Fit a rig and its friction to records of it: what logger files tell of it, and how well.
+
+  drillrig calibrate noload.csv sweep.csv stick_slip.csv --fix J_1=0.0288 --output my_rig
+  drillrig calibrate run.csv --speed-reference 2.0 --normal-force 0:0 10:20 --look
+  drillrig simulate --rig my_rig/rig.toml --friction my_rig/friction.toml --speed-reference 2
+
+Speed reference and normal force are columns of the records, or given here for all of them. Speeds alone leave one
+common scale of all torques open: fix or weigh one disc (--fix J_1=0.0288, --weigh J_1=0.02), or log current and voltage
+too. Three kinds of record together tell most: steps of the speed without load, a slow sweep of it under load, and some
+20 s of stick-slip. --look says what the records can tell before any fit. The folder has rig.toml and friction.toml,
+intervals, joint draws and a page, index.html. Ctrl-C ends the search for better starts; the best so far goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from drillrig_env.allowed import COUNT, POSITIVE, Allowed
+from drillrig_env.calibrate.calibration import STARTS, Calibration, calibrate, information
+from drillrig_env.calibrate.records import Record, parse_map, read_record
+from drillrig_env.command_line import Parser, command
+from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
+from drillrig_env.markdown import table
+from drillrig_env.progress import Progress
+from drillrig_env.stepper.finite import NotFiniteError
+
+
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate") -> int:
+    """Parse the command line, read the records, fit, print what is known and write the folder."""
+    parser = Parser(prog=prog, description=__doc__)
+    add = parser.add_argument
+    add("records", metavar="RECORD", nargs="+", type=Path, help="logger files; see docs/records.md")
+    add("--map", metavar="COLUMN=QUANTITY[:UNIT]", nargs="+", default=[], help='such as "Bit_Speed=bit_speed:rpm"')
+    add_rig_argument(parser)
+    add_friction_argument(parser)
+    add_schedule_argument(parser, "--speed-reference", "rad/s", "of all records, where it is no column")
+    add_schedule_argument(parser, "--normal-force", "N", "the same")
+    add("--fix", metavar="NAME[=VALUE]", nargs="+", default=[], help="parameters that are known")
+    add("--weigh", metavar="NAME=SHARE", nargs="+", default=[], help="known within a relative standard deviation")
+    add("--window", type=of_kind(POSITIVE, "s"), metavar="S", help="length of a piece with a start of its own (by rig)")
+    add("--starts", type=of_kind(COUNT), default=STARTS, help=f"places that the fit begins from (default: {STARTS})")
+    add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of these places and of the draws (default: 0)")
+    add("--look", action="store_true", help="say what the records can tell, and fit nothing")
+    add("--output", metavar="DIR", type=Path, help="folder for the result")
+    add("--overwrite", action="store_true", help="in place of one that is there")
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    options = parser.parse_args(words)
+    try:
+        known: dict[str, Any] = {"fix": dict(map(_fixed, options.fix)), "weigh": dict(map(_weighed, options.weigh))}
+        columns = parse_map(options.map)
+        if options.output is not None:
+            from drillrig_env.calibrate.result import check_free
+
+            check_free(options.output, options.overwrite)
+        records = [_with_inputs(read_record(path, columns), options) for path in options.records]
+        for one in records:
+            print(f"{one.source}: {'; '.join(one.notes)}")
+        if options.look:
+            told = information(records, options.rig, options.friction, **known)
+            print(
+                table(["parameter", "relative standard deviation"], [[n, f"{100 * s:.1f} %"] for n, s in told.items()])
+            )
+            return 0
+        found = _fit(records, options, known)
+        _report(found, options, f"{prog} {shlex.join(words)}")
+    except (ValueError, ImportError, OSError, NotFiniteError) as error:
+        parser.error(str(error))
+    return 0
+
+
+def _fit(records: list[Record], options: argparse.Namespace, known: dict[str, Any]) -> Calibration:
+    with Progress("calibrate", 1) as progress:
+        return calibrate(
+            records,
+            options.rig,
+            options.friction,
+            starts=options.starts,
+            seed=options.seed,
+            window=options.window,
+            told=lambda done, cost: progress.show(f"best cost {cost:.4g}", done, options.starts),
+            **known,
+        )
+
+
+def _report(found: Calibration, options: argparse.Namespace, line: str) -> None:
+    """Print what is known, and write the folder where one is asked for."""
+    from drillrig_env.calibrate.meaning import meanings
+    from drillrig_env.calibrate.result import HEADINGS, meaning_words, parameter_rows, write_result
+
+    print(table(HEADINGS, parameter_rows(found)))
+    force = float(max(one.forces.max() for one in found.best.problem.windows))
+    means = meanings(found, force) if force > 0.0 else []
+    for one in means:
+        print(f"at N_1 = {force:.4g} N: {meaning_words(one)}")
+    if options.output is None:
+        return
+    from drillrig_env.calibrate.pictures import draw_intervals, draw_record
+
+    pictures = {"intervals": draw_intervals(found)}
+    pictures |= {f"record_{k + 1}": draw_record(found, k) for k in range(len(found.records))}
+    write_result(options.output, found, means, pictures, line, options.overwrite)
+    print(f"written: {options.output.resolve()}")
+
+
+def _with_inputs(record: Record, options: argparse.Namespace) -> Record:
+    """The record with the inputs that the command line gives."""
+    given: dict[str, Any] = {}
+    for name in ("speed_reference", "normal_force"):
+        if (schedule := getattr(options, name)) is not None:
+            times, values = np.array(schedule).T
+            given[name] = values[np.clip(np.searchsorted(times, record.time + 1e-9, side="right") - 1, 0, None)]
+    return replace(record, **given)
+
+
+def _fixed(text: str) -> tuple[str, float | None]:
+    """A parameter of --fix, with its value where one is given."""
+    name, given, value = text.partition("=")
+    return name, _number(text, value) if given else None
+
+
+def _weighed(text: str) -> tuple[str, float]:
+    """A parameter of --weigh with its share."""
+    name, _, value = text.partition("=")
+    return name, _number(text, value)
+
+
+def _number(text: str, value: str) -> float:
+    try:
+        number = float(value)
+    except ValueError:
+        raise ValueError(f"{text!r} is not allowed; allowed: NAME=NUMBER, the number > 0") from None
+    if not POSITIVE.holds(number):
+        raise ValueError(f"{text!r} is not allowed; allowed: NAME=NUMBER, the number > 0")
+    return number
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(prog="python -m drillrig_env.calibrate.command"))

@@ -1,0 +1,126 @@
+"""Least squares from many starts: the parameters of a rig and its friction that fit all records best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.calibrate.projection import Problem
+from drillrig_env.stepper.finite import NotFiniteError
+
+_FARTHEST = np.log(30.0)
+"""How far a parameter may go from where the fit begins, as a logarithm."""
+
+_SPREAD = np.log(1.6)
+"""How far the starts lie apart."""
+
+_FIRST, _LAST, _KEPT = 10, 60, 4
+"""Most steps from each start, and of the last fits, from so many that did best."""
+
+_TOLERANCE = 1e-6
+
+_SOFT = 3.0
+"""Residuals beyond so many deviations of the noise count less than their squares (soft-L1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Best:
+    """The best parameters found: `logs` (names,), the `problem` with the noise as it came out, and how others did."""
+
+    problem: Problem
+    logs: FloatArray
+    cost: float  # half the sum of squares in units of the noise, soft as it is
+    costs: FloatArray  # of all starts, ascending
+    residuals: list[FloatArray]
+    derivatives: list[FloatArray]
+
+
+def fit(problem: Problem, starts: int, seed: int, told: Callable[[int, float], None] | None = None) -> Best:
+    """Fit from `starts` starts, the first at the unknowns' own values, the others drawn by `seed`.
+
+    `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
+    for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
+    away from every start. Ctrl-C ends the starts, and the last fits go on with the best so far.
+    """
+    drawn = np.random.default_rng(seed).uniform(-_SPREAD, _SPREAD, (starts, len(problem.unknowns.names)))
+    narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
+    drawn[0] = 0.0
+    found: list[tuple[float, FloatArray]] = []
+    failed: Exception | None = None
+    try:
+        for k, logs in enumerate(drawn * narrow):
+            try:
+                result = _solve(problem, logs, _FIRST)
+                found.append((float(result.cost), result.x))
+            except NotFiniteError as error:
+                failed = error
+            if told is not None:
+                told(k + 1, min((cost for cost, _ in found), default=np.inf))
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    if not found:
+        raise NotFiniteError(str(failed))
+    found.sort(key=lambda one: one[0])
+    problem.begin(found[0][1])
+    problem.noise = _noise_left(problem, problem.residuals(found[0][1]))
+    last = [_solve(problem, logs, _LAST) for _, logs in found[:_KEPT]]
+    best = min(last, key=lambda one: one.cost)
+    problem.begin(best.x)
+    residuals = problem.residuals(best.x)
+    costs = np.array(sorted([one.cost for one in last] + [cost for cost, _ in found[_KEPT:]]))
+    return Best(problem, best.x, float(best.cost), costs, residuals, problem.derivatives(best.x))
+
+
+def _solve(problem: Problem, logs: FloatArray, steps: int) -> OptimizeResult:
+    """One fit from one start, of at most so many steps."""
+    problem.begin(logs)
+    known = 1.0 / problem.unknowns.deviations
+
+    def residuals(x: FloatArray) -> FloatArray:
+        try:
+            return np.concatenate([*(one.ravel() for one in problem.residuals(x)), known * x])
+        except NotFiniteError:
+            return np.full(size, _HOPELESS)
+
+    def derivatives(x: FloatArray) -> FloatArray:
+        problem.residuals(x)
+        return np.concatenate([*(one.reshape(-1, len(x)) for one in problem.derivatives(x)), np.diag(known)])
+
+    size = sum(one.size for one in problem.residuals(logs)) + len(logs)
+    return least_squares(
+        residuals,
+        logs,
+        derivatives,
+        bounds=(-_FARTHEST, _FARTHEST),
+        x_scale=0.1,
+        loss="soft_l1",
+        f_scale=_SOFT,
+        ftol=_TOLERANCE,
+        xtol=_TOLERANCE,
+        max_nfev=steps,
+    )
+
+
+def weights_of(residuals: FloatArray) -> FloatArray:
+    """How much each residual counts in the soft sum of squares, beside its square: 1 for a small one."""
+    return np.asarray(1.0 / np.sqrt(1.0 + (residuals / _SOFT) ** 2))
+
+
+_HOPELESS = 1e3
+"""The residual of parameters with which the model runs away."""
+
+
+def _noise_left(problem: Problem, residuals: Sequence[FloatArray]) -> list[FloatArray]:
+    """The noise by channel: what residuals leave over, where it is more than what was measured of it."""
+    found = []
+    for windows, noise, left in zip(problem.windows, problem.noise, residuals, strict=True):
+        table = left[:, :-7].reshape(-1, len(windows.names))
+        held = np.isfinite(windows.data).reshape(-1, len(windows.names))
+        spread = [1.4826 * np.median(np.abs(table[held[:, i], i])) for i in range(table.shape[1])]
+        found.append(noise * np.maximum(1.0, spread))
+    return found

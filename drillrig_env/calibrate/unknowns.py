@@ -1,0 +1,80 @@
+"""What a fit looks for: parameters of a rig and its friction, as logarithms of their ratio to what it begins with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from math import log
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.friction import Friction
+from drillrig_env.parameters import closest
+from drillrig_env.rig import Rig
+
+OF_FRICTION = ("mu_k", "mu_s - mu_k", "v_b")
+_NOT_LOOKED_FOR = ("eta", "r_1", "omega_s")
+"""A gear's ratio is counted, r_1 is one with the coefficients, and omega_s is a choice of the model."""
+
+OF_RIGS = tuple(item.name for item in fields(Rig) if item.name not in _NOT_LOOKED_FOR)
+
+WIDE = log(3.0)
+"""Standard deviation of a logarithm of which nothing is known but where the fit begins: a factor of 3."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """Names of the parameters that are looked for, what the others are, and how well each is known beforehand."""
+
+    rig: Rig
+    friction: Friction
+    names: tuple[str, ...]
+    deviations: FloatArray  # of their logarithms, before any record
+
+    @classmethod
+    def of(
+        cls,
+        rig: Rig,
+        friction: Friction,
+        fix: Mapping[str, float | None] | None = None,
+        weigh: Mapping[str, float] | None = None,
+    ) -> Unknowns:
+        """The unknowns of a rig: all that are above 0 but those to `fix`, at a value or where they are.
+
+        `weigh` has the relative standard deviation of what has been measured by itself, such as a weighed disc.
+        Raises `ValueError` for a name that is not one of a parameter.
+        """
+        fix, weigh = dict(fix or {}), dict(weigh or {})
+        known = (*OF_RIGS, *OF_FRICTION)
+        for name in (*fix, *weigh):
+            if name not in known:
+                raise ValueError(f"calibrate: unknown parameter {name!r}; {closest(name, known)}")
+        rig = replace(rig, **{name: value for name, value in fix.items() if value is not None and name in OF_RIGS})
+        friction = friction.single()
+        start = _values(rig, friction)
+        start.update({name: value for name, value in fix.items() if value is not None and name in OF_FRICTION})
+        friction = _friction(friction, start)
+        names = tuple(name for name in known if name not in fix and start[name] > 0.0)
+        return cls(rig, friction, names, np.array([weigh.get(name, WIDE) for name in names]))
+
+    def values(self, logs: FloatArray) -> dict[str, float]:
+        """The parameters by name at some logarithms, shape (names,)."""
+        start = _values(self.rig, self.friction)
+        return {name: start[name] * float(np.exp(step)) for name, step in zip(self.names, logs, strict=True)}
+
+    def at(self, logs: FloatArray) -> tuple[Rig, Friction]:
+        """The rig and its friction at some logarithms, shape (names,)."""
+        values = {**_values(self.rig, self.friction), **self.values(logs)}
+        rig = replace(self.rig, **{name: values[name] for name in OF_RIGS})
+        return rig, _friction(self.friction, values)
+
+
+def _values(rig: Rig, friction: Friction) -> dict[str, float]:
+    _, mu_s, mu_k, v_b = friction.as_array()[0]
+    return {name: getattr(rig, name) for name in OF_RIGS} | {"mu_k": mu_k, "mu_s - mu_k": mu_s - mu_k, "v_b": v_b}
+
+
+def _friction(friction: Friction, values: Mapping[str, float]) -> Friction:
+    mu_k = values["mu_k"]
+    return replace(friction, mu_s=mu_k + values["mu_s - mu_k"], mu_k=mu_k, v_b=values["v_b"])

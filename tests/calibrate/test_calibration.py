@@ -1,0 +1,255 @@
+"""The fit of a rig to records of it: on twins, whose rig is known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from drillrig_env import Friction, Rig, simulate
+from drillrig_env.calibrate import command
+from drillrig_env.calibrate.calibration import BY_RECORDS, calibrate, information
+from drillrig_env.calibrate.fit import fit
+from drillrig_env.calibrate.meaning import Meaning, meanings
+from drillrig_env.calibrate.projection import Problem
+from drillrig_env.calibrate.records import Record
+from drillrig_env.calibrate.result import meaning_words, write_result
+from drillrig_env.calibrate.unknowns import OF_FRICTION, OF_RIGS, Unknowns
+from drillrig_env.calibrate.windows import Windows
+
+NOISE = {"bit_speed": 0.02, "top_speed": 0.02, "current": 0.02, "voltage": 0.05}
+LOOKED_FOR = ("k_2", "J_2", "K_T", "mu_k", "mu_s - mu_k", "v_b")
+FIXED = dict.fromkeys(name for name in (*OF_RIGS, *OF_FRICTION) if name not in LOOKED_FOR)
+
+
+def twin(speed_reference, normal_force, duration, noise=1.0, seed=0, rig=None, period=0.02):
+    """A record as a logger would write it, of a rig that is known."""
+    run = simulate(rig, Friction(10.0), None, speed_reference, duration, period, normal_force=normal_force)
+    random = np.random.default_rng(seed)
+    signals = {
+        name: getattr(run, name) + noise * size * random.standard_normal(len(run.time)) for name, size in NOISE.items()
+    }
+    return Record("twin.csv", "", run.time, signals, run.speed_reference, run.normal_force)
+
+
+STICKING = twin(2.0, 20.0, 24.0)
+UNLOADED = twin([(0, 2.0), (4, 4.0), (9, 3.0)], 0.0, 15.0)
+
+
+def problem_of(record, fix=FIXED, noise=None):
+    windows = Windows.of(record, 0.02, 3.0)
+    unknowns = Unknowns.of(Rig(), Friction(10.0), fix)
+    return Problem([windows], unknowns, [windows.noise if noise is None else noise])
+
+
+def test_unknowns_are_logarithms_of_ratios():
+    unknowns = Unknowns.of(Rig(), Friction(10.0), {"J_1": 0.03}, {"k_2": 0.02})
+    assert "J_1" not in unknowns.names
+    assert "T_r2" not in unknowns.names  # it is 0
+    assert unknowns.deviations[unknowns.names.index("k_2")] == 0.02
+    same, friction = unknowns.at(np.zeros(len(unknowns.names)))
+    assert same == replace(Rig(), J_1=0.03)
+    assert (friction.mu_s, friction.mu_k, friction.v_b) == pytest.approx((0.5, 0.306, 1.0))
+    logs = np.linspace(-0.3, 0.3, len(unknowns.names))
+    rig, friction = unknowns.at(logs)
+    for name, log in zip(unknowns.names, logs, strict=True):
+        if name in OF_RIGS:
+            assert getattr(rig, name) == pytest.approx(getattr(Rig(), name) * np.exp(log))
+    fall = logs[unknowns.names.index("mu_s - mu_k")]
+    assert friction.mu_s - friction.mu_k == pytest.approx(0.194 * np.exp(fall))
+
+
+def test_windows_hold_inputs_and_data_at_their_times():
+    record = UNLOADED
+    windows = Windows.of(record, 0.02, 3.0)
+    assert windows.data.shape == (5, 150, 4)
+    np.testing.assert_array_equal(windows.data[1, 0], [record.signals[name][151] for name in windows.names])
+    assert windows.references[1, 49] == 2.0  # held until 4 s
+    assert windows.references[1, 50] == 4.0
+    assert windows.asked[1, 49] == 4.0
+    np.testing.assert_allclose(windows.noise, list(NOISE.values()), rtol=0.25)
+
+
+def test_samples_count_at_their_times_and_gaps_stay_open():
+    record = twin(2.0, 20.0, 7.0, period=0.005)
+    time = record.time
+    masked = {name: np.where((time > 1.0) & (time < 1.5), np.nan, values) for name, values in record.signals.items()}
+    windows = Windows.of(replace(record, signals=masked), 0.02, 3.0)
+    np.testing.assert_array_equal(windows.data[0, :50, 0], record.signals["bit_speed"][4:204:4])
+    assert np.isnan(windows.data[0, 50:74]).all()
+    assert np.isfinite(windows.data[1]).all()
+    uneven = replace(record, time=time + 0.001 * (np.arange(len(time)) % 2))
+    shifted = Windows.of(uneven, 0.0213, 3.0)
+    expected = np.interp(0.0213 * np.arange(1, 10), uneven.time, record.signals["bit_speed"])
+    np.testing.assert_allclose(shifted.data[0, :9, 0], expected)
+
+
+def test_without_noise_the_best_starts_are_the_states_themselves():
+    run = simulate(None, Friction(10.0), None, 2.0, 24.0, 0.02, normal_force=20.0)
+    problem = problem_of(twin(2.0, 20.0, 24.0, noise=0.0), noise=np.array(list(NOISE.values())))
+    zero = np.zeros(len(LOOKED_FOR))
+    problem.begin(zero)
+    (residuals,) = problem.residuals(zero)
+    assert np.abs(residuals[1:, :-7]).max() < 0.5  # of the noise, which is not there
+    np.testing.assert_allclose(problem.starts[0][2:], run.state[:-1:150][2:], atol=0.03)
+
+
+def test_derivatives_are_those_of_the_cost_at_the_best_starts():
+    problem = problem_of(STICKING)
+    logs = np.full(len(problem.unknowns.names), 0.02)
+    problem.begin(logs)
+
+    def cost(x):
+        return sum(0.5 * np.sum(one**2) for one in problem.residuals(x))
+
+    for _ in range(3):
+        (residuals,) = problem.residuals(logs)
+    (derivatives,) = problem.derivatives(logs)
+    slopes = np.einsum("nij,ni->j", derivatives, residuals)
+    for k in range(len(logs)):
+        step = np.zeros(len(logs))
+        step[k] = 1e-4
+        difference = (cost(logs + step) - cost(logs - step)) / 2e-4
+        assert slopes[k] == pytest.approx(difference, rel=0.02, abs=0.02 * np.abs(slopes).max())
+
+
+@pytest.fixture(scope="module")
+def calibrated():
+    start = replace(Rig(), k_2=0.3659 * 1.2, J_2=0.0149 * 0.8, K_T=0.126 * 1.15)
+    records = [STICKING, UNLOADED]
+    return calibrate(records, start, Friction(10.0, 0.45, 0.34, 0.8), fix=FIXED, starts=2, seed=1)
+
+
+def test_a_fit_finds_the_rig_of_a_twin(calibrated):
+    true = {"k_2": 0.3659, "J_2": 0.0149, "K_T": 0.126, "mu_k": 0.306, "mu_s - mu_k": 0.194, "v_b": 1.0}
+    assert set(calibrated.unknowns.names) == set(LOOKED_FOR)
+    for name, value, low, high, told in calibrated.rows():
+        assert value == pytest.approx(true[name], rel=0.05)
+        assert told == BY_RECORDS
+        assert low < value < high
+        assert low < true[name] * (1.0 + 0.5 * (high / low - 1.0))
+        assert high > true[name] / (1.0 + 0.5 * (high / low - 1.0))
+    assert calibrated.rig.J_1 == Rig().J_1
+    assert calibrated.draws.shape == (64, len(LOOKED_FOR))
+    spread = calibrated.draws.std(axis=0)
+    np.testing.assert_allclose(spread, calibrated.spread.deviations, rtol=0.35)
+
+
+def test_a_fit_comes_out_the_same_again():
+    fits = [calibrate([STICKING], None, Friction(10.0), fix=FIXED, starts=2, seed=3) for _ in range(2)]
+    np.testing.assert_array_equal(fits[0].best.logs, fits[1].best.logs)
+    np.testing.assert_array_equal(fits[0].draws, fits[1].draws)
+
+
+def test_what_nothing_presses_on_is_not_looked_for():
+    found = calibrate([UNLOADED], None, Friction(10.0), fix=FIXED, starts=1)
+    assert set(found.unknowns.names) == {"k_2", "J_2", "K_T"}
+
+
+def test_records_tell_beforehand_what_they_can_tell():
+    unloaded, sticking, both = (
+        information(records, fix=FIXED) for records in ([UNLOADED], [STICKING], [UNLOADED, STICKING])
+    )
+    assert unloaded["mu_k"] == pytest.approx(np.log(3.0), rel=1e-6)
+    assert sticking["mu_k"] < 0.2
+    for name in LOOKED_FOR:
+        assert both[name] <= min(unloaded[name], sticking[name]) * 1.001
+
+
+def test_ctrl_c_goes_on_with_the_best_so_far():
+    seen = []
+
+    def told(done, cost):
+        seen.append((done, cost))
+        if done == 2:
+            raise KeyboardInterrupt
+
+    best = fit(problem_of(STICKING), 5, 0, told)
+    assert [done for done, _ in seen] == [1, 2]
+    assert best.cost <= seen[-1][1] * 1.5
+
+
+def test_ctrl_c_before_anything_is_found_ends_it():
+    problem = problem_of(STICKING)
+    problem.begin = lambda logs: (_ for _ in ()).throw(KeyboardInterrupt)
+    with pytest.raises(KeyboardInterrupt):
+        fit(problem, 5, 0)
+
+
+@pytest.mark.parametrize(
+    ("record", "arguments", "words"),
+    [
+        (replace(STICKING, speed_reference=None), {}, "twin.csv: the speed_reference is missing"),
+        (replace(STICKING, normal_force=None), {}, "twin.csv: the normal_force is missing"),
+        (STICKING, {"window": 30.0}, r"twin.csv: length of the record = 24.0 s is not allowed; allowed: >= 30"),
+        (STICKING, {"window": 9.0}, "number of windows = 2 is not allowed; allowed: >= 4"),
+        (STICKING, {"fix": {"J1": None}}, "unknown parameter 'J1'; did you mean J_1"),
+        (STICKING, {"starts": 0}, "starts = 0 is not allowed"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(record, arguments, words):
+    with pytest.raises(ValueError, match=words):
+        calibrate([record], None, Friction(10.0), **{"fix": FIXED, "starts": 1, **arguments})
+
+
+def test_no_records_are_refused():
+    with pytest.raises(ValueError, match="no record is given"):
+        calibrate([])
+
+
+def test_the_meaning_of_a_calibration(calibrated):
+    critical, end = meanings(calibrated, 20.0, draws=8)
+    assert critical.value == pytest.approx(2.6886, abs=0.1)
+    assert critical.low < critical.value < critical.high
+    assert end.value > critical.value
+    assert "rad/s" in meaning_words(critical)
+    assert meaning_words(Meaning("fold", 3.0, 1.0, 9.0)) == "fold: not determined by these records"
+
+
+def csv_of(record, path):
+    names = [*record.signals, "speed_reference", "normal_force"]
+    columns = [record.time, *record.signals.values(), record.speed_reference, record.normal_force]
+    np.savetxt(path, np.column_stack(columns), "%.6g", ",", header=",".join(["time", *names]), comments="")
+
+
+def test_the_command_writes_a_folder_that_other_commands_read(tmp_path, capsys):
+    csv_of(STICKING, tmp_path / "run.csv")
+    fixed = [name for name in FIXED if name not in ("T_r2", "C_1", "C_2")]
+    words = [str(tmp_path / "run.csv"), "--fix", *fixed, "--starts", "1", "--output", str(tmp_path / "out")]
+    assert command.main(words) == 0
+    printed = capsys.readouterr().out
+    assert "k_2" in printed
+    assert "critical speed: " in printed
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {
+        "rig.toml",
+        "friction.toml",
+        "calibration.json",
+        "draws.npz",
+        "index.html",
+        "intervals.png",
+        "record_1.png",
+    }
+    rig, friction = Rig.from_toml(tmp_path / "out" / "rig.toml"), Friction.from_toml(tmp_path / "out" / "friction.toml")
+    kept = json.loads((tmp_path / "out" / "calibration.json").read_text(encoding="utf-8"))
+    assert rig.k_2 == pytest.approx(kept["parameters"]["k_2"]["value"])
+    assert friction.mu_k == pytest.approx(kept["parameters"]["mu_k"]["value"])
+    assert len(kept["records"][0]["sha256"]) == 64
+    with np.load(tmp_path / "out" / "draws.npz") as draws:
+        assert draws["values"].shape == (64, len(draws["names"]))
+    with pytest.raises(SystemExit):
+        command.main(words)
+    assert "is there already" in capsys.readouterr().err
+
+
+def test_the_command_looks_before_it_fits(tmp_path, capsys):
+    csv_of(UNLOADED, tmp_path / "run.csv")
+    assert command.main([str(tmp_path / "run.csv"), "--look", "--fix", "J_1=0.0288"]) == 0
+    assert "relative standard deviation" in capsys.readouterr().out
+
+
+def test_a_result_is_written_whole_or_not_at_all(calibrated, tmp_path, monkeypatch):
+    monkeypatch.setattr("drillrig_env.calibrate.result._write_page", lambda *_: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        write_result(tmp_path / "out", calibrated, [], {}, "line")
+    assert list(tmp_path.iterdir()) == []
