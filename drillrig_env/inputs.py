@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.course import COLUMNS, Course
@@ -57,9 +58,10 @@ class Inputs:
         stops = np.union1d(time, switches[apart > same])
         intervals = np.diff(stops)
         intervals[np.abs(intervals - time[1]) <= same] = time[1]  # differences of times round, which would add up
-        begins = stops[:-1]
-        law = self.friction.law
-        return Pieces(stops, intervals, self.reference(begins, same), self.coefficients(begins, same), law)
+        held = np.concatenate([[0.0], switches[(switches > same) & (switches < time[-1] - same)]])
+        which = np.searchsorted(held, stops[:-1] + same, side="right") - 1
+        references, coefficients = self.reference(held, same), self.coefficients(held, same)
+        return Pieces(stops, intervals, which, references, coefficients, self.friction.law)
 
     @property
     def switches(self) -> FloatArray:
@@ -70,6 +72,12 @@ class Inputs:
     def reference(self, times: FloatArray, same: float) -> FloatArray:
         """The speed reference (rad/s) at `times` (s); a switch less than `same` (s) later has been."""
         return _values_at(self.references, times, same)
+
+    def force(self, times: FloatArray, same: float) -> FloatArray:
+        """N_1 (N) at `times`, without that of a tilt."""
+        if self.course is None:
+            return _values_at(self.forces, times, same)
+        return self.coefficients(times, same)[:, 0]
 
     def coefficients(self, times: FloatArray, same: float) -> FloatArray:
         """N_1, mu_s, mu_k and v_b at `times`, shape (n, 4)."""
@@ -83,23 +91,24 @@ class Inputs:
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """The intervals of a run, n of them, with what holds in each."""
+    """The intervals of a run, n of them, and the m pieces that they belong to: in each something else holds."""
 
     stops: FloatArray  # (n + 1,), s: where they begin, and where the last one ends
     intervals: FloatArray  # (n,), s: their lengths
-    references: FloatArray  # (n,), rad/s
-    coefficients: FloatArray  # (n, 4): N_1, mu_s, mu_k and v_b
+    which: npt.NDArray[np.intp]  # (n,): the piece of each
+    references: FloatArray  # (m,), rad/s
+    coefficients: FloatArray  # (m, 4): N_1, mu_s, mu_k and v_b
     law: Any  # of friction
 
-    def friction(self, first: int, last: int) -> Friction:
-        """The friction of some intervals, an entry each."""
-        return Friction(*self.coefficients[first:last].T, law=self.law)
+    @property
+    def friction(self) -> Friction:
+        """The friction of the pieces, an entry each."""
+        return Friction(*self.coefficients.T, law=self.law)
 
     @property
     def changes(self) -> list[int]:
-        """The intervals with which something changes, the first one among them."""
-        same = (np.diff(self.references) == 0.0) & np.all(np.diff(self.coefficients, axis=0) == 0.0, axis=1)
-        return [0, *(np.flatnonzero(~same) + 1).tolist()]
+        """The intervals with which a piece begins."""
+        return [0, *(np.flatnonzero(np.diff(self.which)) + 1).tolist()]
 
     def angles(self, states: FloatArray) -> FloatArray:
         """theta_1 (rad) at the first stops, from the states there, shape (m, 7); it begins at 0.
@@ -108,7 +117,7 @@ class Pieces:
         x_1 + x_2 - x_7, less what these were at the start.
         """
         steps = len(states) - 1
-        held = np.concatenate([[0.0], np.cumsum(self.references[:steps] * self.intervals[:steps])])
+        held = np.concatenate([[0.0], np.cumsum(self.references[self.which[:steps]] * self.intervals[:steps])])
         turned = states[:, 0] + states[:, 1] - states[:, 6]
         return np.asarray(held + turned - turned[0])
 

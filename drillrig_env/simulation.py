@@ -158,13 +158,12 @@ def simulate(
     states = _METHODS[method](rig, pieces, disc, check_state(rig, initial_state), tolerance)
     check_finite(states[None], pieces.stops, "simulate")
     sampled = np.searchsorted(pieces.stops, time)
-    coefficients = inputs.coefficients(time, same)
-    force = coefficients[:, 0]
+    force = inputs.force(time, same)
     if disc is not None:
         force = force * disc.factor(pieces.angles(states)[sampled])
     return Simulation(
         rig=rig,
-        friction=friction if inputs.course is None else Friction(*coefficients.T, law=friction.law),
+        friction=friction if inputs.course is None else Friction(*inputs.coefficients(time, same).T, law=friction.law),
         time=time,
         state=states[sampled],
         speed_reference=inputs.reference(time, same),
@@ -175,10 +174,10 @@ def simulate(
 def _fast(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolerance: float) -> FloatArray:
     """The fast stepper: one compiled call along all intervals."""
     _, period = step_of(rig, float(pieces.intervals.max()))
-    contacts = pieces.friction(0, len(pieces.intervals)).contacts(rig, pieces.references, len(pieces.intervals))
+    contacts = pieces.friction.contacts(rig, pieces.references, len(pieces.references))
     if disc is not None:
         disc.put_on(contacts, 0.0)
-    runs = advance_along(rig, contacts[None], state[None], pieces.intervals, period, tolerance)
+    runs = advance_along(rig, contacts[None], pieces.which, state[None], pieces.intervals, period, tolerance)
     return np.concatenate([state[None], runs[0]])
 
 
@@ -189,7 +188,8 @@ def _by_pieces(solve: Callable[..., FloatArray]) -> _Method:
         states = np.empty((len(pieces.stops), 7))
         states[0] = state
         for first, last in pairwise([*pieces.changes, len(pieces.intervals)]):
-            friction, reference = pieces.friction(first, first + 1), float(pieces.references[first])
+            piece = int(pieces.which[first])
+            friction, reference = pieces.friction.each()[piece], float(pieces.references[piece])
             angle = float(pieces.angles(states[: first + 1])[-1])
             times = pieces.stops[first : last + 1]
             states[first + 1 : last + 1] = solve(rig, friction, reference, states[first], times, disc=disc, angle=angle)

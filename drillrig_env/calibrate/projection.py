@@ -136,8 +136,9 @@ def run_windows(windows: Windows, rig: Rig, friction: Friction, starts: FloatArr
     """States at the end of every step of every window from its start, shape (copies * n, m, 7)."""
     contacts = np.tile(_contacts(windows, rig, friction), (copies, 1))
     _, period = step_of(rig, windows.period)
-    lengths = np.full(contacts.shape[1], windows.period)
-    states = advance_along(rig, contacts, starts, lengths, period)
+    steps = contacts.shape[1]
+    lengths = np.full(steps, windows.period)
+    states = advance_along(rig, contacts, np.arange(steps), starts, lengths, period)
     if not np.isfinite(states).all():
         raise NotFiniteError("calibrate: the model runs away from one of the starts")
     return states

@@ -21,6 +21,7 @@ from drillrig_env.stepper.workspace import workspace
 def advance_along(
     rig: Rig,
     contacts: np.ndarray,
+    which: npt.NDArray[np.intp],
     states: FloatArray,
     lengths: FloatArray,
     period: float,
@@ -28,18 +29,16 @@ def advance_along(
 ) -> FloatArray:
     """Advance runs of one rig over n intervals of some `lengths` (s), with the contact of each; shape (runs, n, 7).
 
-    `contacts` are records of CONTACT, shape (runs, n), `states` has shape (runs, 7), and `period` (s) is what steps are
-    taken from. On a tilted disc the angle of the first contact of a run is m theta_1 + phi at its start; those of the
-    others follow.
+    `contacts` are records of CONTACT, shape (runs, m), of which interval i has the one of index `which[i]`; `states`
+    has shape (runs, 7), and `period` (s) is what steps are taken from. On a tilted disc the angle of the first contact
+    of a run is m theta_1 + phi at its start; those of the others follow.
     """
     parts = _parts(lengths, period)
     coarse = step_tables(rig, period, tolerance)
     fine = step_tables(rig, period / UNITS, tolerance) if parts[:, 2].any() else coarse
-    changed = np.ones(contacts.shape, dtype=np.bool_)
-    changed[:, 1:] = contacts[:, 1:] != contacts[:, :-1]
-    result = np.empty((*contacts.shape, 7))
+    result = np.empty((len(contacts), len(which), 7))
     starts, contacts = np.array(states, dtype=float), contacts.copy()
-    _advance(starts, contacts, changed, parts, period, coarse.ladders, fine.ladders, workspace(), result)
+    _advance(starts, contacts, which, parts, period, coarse.ladders, fine.ladders, workspace(), result)
     return result
 
 
@@ -53,7 +52,7 @@ def _parts(lengths: FloatArray, period: float) -> npt.NDArray[np.int64]:
 def _advance(
     starts: FloatArray,
     contacts: Records,
-    changed: npt.NDArray[np.bool_],
+    which: npt.NDArray[np.intp],
     parts: npt.NDArray[np.int64],
     period: float,
     coarse: Records,
@@ -66,8 +65,8 @@ def _advance(
     for run in range(result.shape[0]):
         angle = float(contacts[run, 0].angle)
         for i in range(result.shape[1]):
-            contact = contacts[run, i]
-            if changed[run, i]:
+            contact = contacts[run, which[i]]
+            if i == 0 or which[i] != which[i - 1]:
                 from_equilibrium(starts[run] if i == 0 else result[run, i - 1], contact, ladder, y)
             contact.period = period
             for _ in range(parts[i, 0]):
