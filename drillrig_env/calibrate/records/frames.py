@@ -36,7 +36,7 @@ def read_excel(source: str) -> RawTable:
     try:
         with pandas.ExcelFile(source) as book:
             sheet = book.sheet_names[0]
-            frame = book.parse(sheet, header=None, dtype=object)
+            frame = pandas.read_excel(book, sheet_name=sheet, header=None, dtype=object)
     except (ValueError, KeyError, OSError) as error:
         raise ValueError(f"{source}: is no Excel file that can be read ({error})") from error
     lines = ["\t".join(_cell(value) for value in row) for row in frame.itertuples(index=False)]

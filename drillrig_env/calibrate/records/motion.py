@@ -6,7 +6,8 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 
-SWINGS = 0.1  # of the largest value: with a smaller standard deviation it is rotation with noise
+_SWINGS = 0.1  # of the largest value: with a smaller standard deviation it is rotation with noise
+_STICKS = 0.25  # with a larger one it sticks and slips: a sine between 0 and its peak has 0.35
 _HYSTERESIS = 0.5  # standard deviations
 _FEWEST = 4  # crossings, for a period
 _SLOW = 21  # samples; what changes over more of them is no oscillation that could be aliased
@@ -16,7 +17,7 @@ def period_of(time: FloatArray, signal: FloatArray) -> float | None:
     """The usual time in s between one rise of a signal (n,) through its mean and the next; None where it has none."""
     known = np.isfinite(signal)
     t, x = time[known], signal[known]
-    if len(x) < _FEWEST or (spread := float(np.std(x))) <= SWINGS * np.abs(x).max():
+    if len(x) < _FEWEST or (spread := float(np.std(x))) <= _SWINGS * np.abs(x).max():
         return None
     level = (x - x.mean()) / spread
     sides = np.where(level > _HYSTERESIS, 1, np.where(level < -_HYSTERESIS, -1, 0))
@@ -35,4 +36,4 @@ def is_aliased(signal: FloatArray) -> bool:
     if len(x) < 2 * _SLOW:
         return False
     quick = x[_SLOW // 2 : -(_SLOW // 2)] - np.convolve(x, np.full(_SLOW, 1.0 / _SLOW), "valid")
-    return bool(np.std(quick) > SWINGS * np.abs(x).max() and np.sum(quick[1:] * quick[:-1]) < 0.0)
+    return bool(np.std(quick) > _STICKS * np.abs(x).max() and np.sum(quick[1:] * quick[:-1]) < 0.0)

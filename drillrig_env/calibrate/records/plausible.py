@@ -15,6 +15,7 @@ from drillrig_env.calibrate.records.record import Record
 
 _FEWEST = 8  # samples
 _SLOWEST, _LONGEST, _SHORTEST = 1000.0, 60.0, 0.02  # s: of a period of stick-slip, at any sampling, and at 1 s and more
+_SMOOTH = 15.0  # samples; what comes back sooner may be noise
 _DENSEST, _RARE = 1e-6, 1.0  # s between samples; from the latter on, seconds may be milliseconds
 _FASTEST = 60.0  # rad/s, 570 rpm: no bit, where no unit is written
 _STILL, _TURN = 0.1, 0.5  # rad/s and rad: slower, and less in all, is noise
@@ -57,7 +58,8 @@ def check_clock(record: Record, reading: Reading) -> None:
         return
     step, swing = record.sample_period, _period(record)
     told = f'tell the unit: --map "{column}=time:ms", or time:s, time:us'
-    if swing is not None and (not _SHORTEST <= swing <= _SLOWEST or (swing > _LONGEST and step >= _RARE)):
+    short = swing is not None and _SMOOTH * step < swing < _SHORTEST
+    if swing is not None and (short or swing > _SLOWEST or (swing > _LONGEST and step >= _RARE)):
         raise ValueError(
             f"{record.source}, column {column}: periods of stick-slip of {swing:.4g} s are not those of a rig; "
             f"allowed: {_SHORTEST:g} to {_LONGEST:g} s; {told}"
@@ -91,7 +93,10 @@ def check_speeds(record: Record, readings: Mapping[str, Reading]) -> None:
                 f"{record.source}, column {column}: {peak:.3g} rad/s, as no unit is written, is too fast for a rig; "
                 f'allowed: <= {_FASTEST:g} rad/s; tell the unit: --map "{column}={quantity}:{unit}"'
             )
-    means = {name: float(np.nanmean(speed)) for name, speed in record.speeds.items()}
+    together = np.all([np.isfinite(speed) for speed in record.speeds.values()], axis=0)
+    if not np.any(together):
+        return
+    means = {name: float(np.mean(speed[together])) for name, speed in record.speeds.items()}
     ordered = sorted(means, key=lambda name: abs(means[name]))
     slow, fast = ordered[0], ordered[-1]
     apart = abs(means[fast] - means[slow]) * float(record.time[-1])

@@ -134,8 +134,21 @@ def test_fewer_than_four_samples_a_period(samples, write):
         assert len(read_record(path).time) == len(time)
 
 
-def test_noise_about_a_steady_speed_is_no_alias():
-    assert not is_aliased(4.0 + 0.2 * np.random.default_rng(0).standard_normal(500))
+def test_noise_about_a_steady_speed_is_no_alias_and_no_clock_in_another_unit(write):
+    rng = np.random.default_rng(0)
+    time = np.arange(0.0, 5.0, 0.001)
+    for noise in (0.01, 0.05, 0.2):
+        speed = 1.0 + noise * rng.standard_normal(len(time))
+        assert not is_aliased(speed)
+        assert len(read_record(write(("time", "bit_speed"), [time, speed])).time) == len(time)
+
+
+def test_speeds_that_were_measured_one_after_the_other_are_not_compared(write):
+    time = np.arange(0.0, 200.0, 0.05)
+    bit, top = np.where(time < 100.0, 5.0 + np.sin(time), np.nan), np.where(time > 50.0, time / 10.0, np.nan)
+    top[time < 100.0] = 5.0
+    record = read_record(write(("time", "bit_speed", "top_speed"), [time, bit, top]))
+    assert np.isnan(record.signals["bit_speed"]).sum() == 2000
 
 
 @pytest.mark.parametrize(
