@@ -27,6 +27,9 @@ _FAR_FROM_EXPECTED = 0.5
 """A mode whose rate differs by more than this share from what x_3 alone would have is another one."""
 
 
+_STEADY = 0.01
+"""How wrong x_3 may be, as a share of `landed`, by a tilted disc that turns while it settles."""
+
 _FAST = 0.05
 """A polynomial follows a mode that falls by less than this share within a step."""
 
@@ -35,8 +38,9 @@ _FAST = 0.05
 def split(y: FloatArray, contact: Record, ladder: Record, rung: int, work: Record) -> tuple[float, float]:
     """Take the fast settling out of `y`: its amplitude a (rad/s) and rate z (a step); its vector is `work.fast`.
 
-    Where there is no such mode, or a polynomial follows it, z is 0 and `y` remains as it was. The mode is that of the
-    rig and its contact and is found once for both, where `work.fast_gain` is 0; on a tilted disc at every angle.
+    Where there is no such mode, a polynomial follows it, or a tilted disc turns too far while it settles, z is 0 and
+    `y` remains as it was. The mode is that of the rig and its contact and is found once for both, where
+    `work.fast_gain` is 0; on a tilted disc at every angle.
     """
     right, left = work.fast, work.fast_left
     gain, length = contact.static / contact.omega_s * ladder.rate_from_torque[2], length_of(rung)
@@ -53,6 +57,10 @@ def split(y: FloatArray, contact: Record, ladder: Record, rung: int, work: Recor
         amplitude += left[i] * y[i]
         norm += left[i] * right[i]
     amplitude /= norm
+    if contact.tilt > 0.0:
+        turning = contact.tilt * contact.turns * contact.omega_s * work.length
+        if abs(amplitude) * turning > _STEADY * ladder.landed * -rate:
+            return 0.0, 0.0
     for i in range(STATE):
         y[i] -= amplitude * right[i]
     return amplitude, rate

@@ -49,6 +49,8 @@ def eight_states(rig, friction, tilt, speed, start):
         (Rig(), 18.0, 1.1, Tilt(1.0, 3, -2.0)),
         (Rig(), 30.0, 7.0, Tilt(0.4, 16, 1.0)),
         (Rig(J_1=0.06, k_1=0.9, L=1e-5), 14.0, 3.0, Tilt(0.25, 4, 0.7)),
+        (Rig(omega_s=0.3), 20.0, 2.0, Tilt(1.0, 5)),  # the disc turns far while it settles in the stick zone
+        (Rig(omega_s=0.3), 20.0, 2.0, Tilt(0.3, 2)),
     ],
 )
 def test_fast_stepper_agrees_with_radau_on_eight_states(rig, force, speed, tilt):
