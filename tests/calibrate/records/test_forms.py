@@ -248,6 +248,14 @@ def test_lines_that_end_too_early_and_headers_in_between(write, table):
     np.testing.assert_allclose(record.signals["bit_speed"], table[:, 1], atol=1e-6)
     assert np.flatnonzero(np.isnan(record.signals["top_speed"])).tolist() == [600]
     assert "lines that end too early: 1, the first is line 605" in record.notes
+    assert not any("dropped" in note for note in record.notes)
+
+
+def test_a_cell_with_two_numbers_holds_none(write, table):
+    columns = [[f"{value:.6f}" for value in column] for column in table.T]
+    columns[1][300] = "1.5 2.5"
+    record = read_record(write(NAMES, columns))
+    assert np.flatnonzero(np.isnan(record.signals["bit_speed"])).tolist() == [300]
 
 
 def test_numbers_in_every_form_of_writing(write, table):
@@ -274,6 +282,7 @@ def test_matlab(table, tmp_path, compressed):
     forms = [
         ({"time": time, "bit_speed": bit, "top_speed": top, "rate": 50.0, "rig": "seven"}, None),
         ({"run": {"t": time[:, None], "omega_bit": bit, "top": {"top_rpm": top * RPM}}, "more": np.arange(7.0)}, None),
+        ({"data": table.T}, {"data(1)": "time:s", "data(2)": "bit_speed", "data(3)": "top_speed:rad/s"}),
         ({"data": table}, {"data(1)": "time:s", "data(2)": "bit_speed", "data(3)": "top_speed:rad/s"}),
     ]
     for content, columns in forms:

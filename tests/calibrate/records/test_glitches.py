@@ -70,6 +70,13 @@ def test_a_step_and_a_dropout_of_a_second_are_no_glitches():
     assert not np.any(find_glitches(time, dropout))
 
 
+def test_a_flicker_that_is_small_beside_the_motion_is_no_glitch():
+    time = np.arange(0.0, 10.0, 0.01)
+    speed = np.where(time < 9.0, 1e-4 * np.arange(1000.0), 4.0 * np.sin(np.pi * (time - 9.0)))
+    speed[500] += 0.2
+    assert not np.any(find_glitches(time, speed))
+
+
 def test_missing_values_beside_a_glitch_change_nothing():
     time = np.arange(0.0, 10.0, 0.01)
     speed = 4.0 + np.sin(time)

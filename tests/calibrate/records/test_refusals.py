@@ -113,6 +113,12 @@ def test_times_in_another_unit_than_is_written(write, table):
     assert len(read_record(write(("time [s]", "bit_speed"), SLOW.T[:2])).time) == 20
 
 
+def test_a_slow_sweep_is_no_record_in_milliseconds(write):
+    time = np.arange(0.0, 500.0, 0.5)
+    record = read_record(write(("time", "bit_speed"), [time, 5.0 - 4.0 * np.cos(2.0 * np.pi * time / 80.0)]))
+    assert len(record.time) == 1000
+
+
 def test_a_normal_force_below_zero(write, table):
     names, noise = ("time", "bit_speed", "normal_force"), np.sin(table[:, 0])
     record = read_record(write(names, [*table.T[:2], 10.0 + 10.5 * noise]))
