@@ -2,7 +2,7 @@
 
 The voltage of the armature is
 
-    u = k_p (omega_ref - x_5) + k_i x_7 + back_emf_share eta K_E x_5.
+    u = k_p (omega_ref - x_5) + k_i x_7 + back_emf_share eta K_E x_5 + voltage_offset.
 
 A drive that makes up for the back-EMF leaves the motor as if it had none, and so without the stiffness that comes
 from it: where it makes up for the share s, the model has (1 - s) K_E in place of K_E.
@@ -10,17 +10,23 @@ from it: where it makes up for the share s, the model has (1 - s) K_E in place o
 K_E is what the drive takes it for. In a fleet (`drillrig_env.fleet`) that is the nominal rig's, as the motor's
 nameplate has it, and the rig's own is another: where it is smaller, a drive that makes up for all of the back-EMF
 drives the motor on.
+
+A drive with a `current_limit` I holds what it asks for, u but for the offset, within eta K_E x_5 - R I and + R I, so
+that the current goes to I and no further: under a large torque it stalls. Its integrator then follows what is left of
+the voltage, by (limited - asked) / k_p beside the speed error (anti-windup by back-calculation, with the time
+constant k_p / k_i), and leaves the limit soon after the error has gone.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from math import inf
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from drillrig_env.allowed import Choice, Made
+from drillrig_env.allowed import Allowed, Choice, Made
 from drillrig_env.parameters import NOT_NEGATIVE, POSITIVE, SHARE, check_fields, closest, parameter, refuse
 from drillrig_env.rig import Rig
 
@@ -39,9 +45,17 @@ class Drive:
         meaning="whose back-EMF that is on a rig of a fleet: that on the nominal rig's nameplate, or the very motor's",
         allowed=Choice(("nameplate", "motor")),
     )
+    voltage_offset: float = parameter(
+        0.0, "V", "constant voltage of the armature beside what the speed loop asks for", allowed=Allowed()
+    )
+    current_limit: float | None = parameter(
+        None, "A", "largest armature current that the drive asks for", allowed=POSITIVE, none="no limit"
+    )
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.current_limit is not None and self.k_p == 0.0:
+            raise refuse("Drive", "k_p", self.k_p, "V s/rad", f"{POSITIVE} with a current_limit")
 
     @classmethod
     def of(cls, drive: DriveLike) -> Drive | None:
@@ -83,13 +97,22 @@ class Drive:
         """The drive as it is on rigs of a fleet with this nominal rig."""
         if self.back_emf_share == 0.0 or self.back_emf == "motor":
             return self
-        return _OfNameplate(self.k_p, self.k_i, self.back_emf_share, nameplate=nominal)
+        own = {item.name: getattr(self, item.name) for item in fields(Drive)}
+        return _OfNameplate(**own, nameplate=nominal)
+
+    def room(self, rig: Rig) -> float:
+        """How far (V) the voltage may be from the back-EMF: R times the largest current; infinite without a limit."""
+        return inf if self.current_limit is None else rig.R * self.current_limit
 
     def as_dict(self) -> dict[str, Any]:
         """Its fields by name, as `Drive.of` takes them; for files."""
         found = {item.name: getattr(self, item.name) for item in fields(Drive)}
         if self.back_emf == "nameplate":  # which says nothing where there is one rig
             del found["back_emf"]
+        if self.voltage_offset == 0.0:
+            del found["voltage_offset"]
+        if self.current_limit is None:
+            del found["current_limit"]
         return found
 
 
@@ -101,6 +124,19 @@ class _OfNameplate(Drive):
 
     def remaining_K_E(self, rig: Rig) -> float:
         return rig.K_E - self.back_emf_share * self.nameplate.K_E * (self.nameplate.eta / rig.eta)
+
+
+@dataclass(frozen=True)
+class Limiting:
+    """A drive while it limits the current, forwards (`side` 1) or backwards (-1)."""
+
+    drive: Drive
+    side: int
+
+    @property
+    def current(self) -> float:
+        """What the current goes to, without an offset of the voltage, in A."""
+        return self.side * (self.drive.current_limit or 0.0)
 
 
 _SEQUENCE = "(k_p in V s/rad, k_i in V/rad) with or without the share of the back-EMF, 0 to 1"

@@ -28,7 +28,7 @@ from dataclasses import replace
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity
-from drillrig_env.drive import Drive
+from drillrig_env.drive import Drive, Limiting
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import POSITIVE, Allowed, refuse
 from drillrig_env.rig import Rig
@@ -45,33 +45,57 @@ STATE_NAMES = (
 STATE_UNITS = ("rad", "rad", "rad/s", "rad/s", "rad/s", "A", "rad")
 
 
-def state_equations(x: Sequence[float] | FloatArray, omega_ref: float, T_r1: float, rig: Rig) -> list[float]:
+def state_equations(
+    x: Sequence[float] | FloatArray, omega_ref: float, T_r1: float, rig: Rig, drive: Drive | None = None
+) -> list[float]:
     """Time derivative of the 7 states, equations (4-17).
 
     `x` holds the 7 states, `omega_ref` is the speed reference (rad/s), `T_r1` the friction torque
-    on disc 1 (N m), from (4-7) or (4-9) at x_3.
+    on disc 1 (N m), from (4-7) or (4-9) at x_3. `drive` takes the place of the rig's own.
     """
     x_1, x_2, x_3, x_4, x_5, x_6, x_7 = x
     p, T_r2 = rig, rig.T_r2 * min(max(x_4 / rig.omega_s, -1.0), 1.0)
+    if drive is None:
+        u, wound = p.k_p * (omega_ref - x_5) + p.k_i * x_7, 0.0
+    else:
+        asked = drive.k_p * (omega_ref - x_5) + drive.k_i * x_7 + drive.compensation(rig) * x_5
+        limited = min(max(asked, p.eta * p.K_E * x_5 - drive.room(rig)), p.eta * p.K_E * x_5 + drive.room(rig))
+        u, wound = limited + drive.voltage_offset, (limited - asked) / drive.k_p if limited != asked else 0.0
     return [
         x_3 - x_4,
         x_4 - x_5,
         (-p.d_1 * x_3 + p.d_1 * x_4 - p.k_1 * x_1 - T_r1 - p.C_1 * x_3) / p.J_1,
         (p.d_1 * x_3 - (p.d_1 + p.d_2) * x_4 + p.d_2 * x_5 + p.k_1 * x_1 - p.k_2 * x_2 - T_r2 - p.C_2 * x_4) / p.J_2,
         (p.k_2 * x_2 + p.d_2 * x_4 - (p.eta**2 * p.C_m + p.d_2) * x_5 + p.eta * p.K_T * x_6 - p.eta * p.T_f) / p.J_3,
-        (-p.R * x_6 - p.eta * p.K_E * x_5 + p.k_p * (omega_ref - x_5) + p.k_i * x_7) / p.L,
-        omega_ref - x_5,
+        (-p.R * x_6 - p.eta * p.K_E * x_5 + u) / p.L,
+        omega_ref - x_5 + wound,
     ]
 
 
-def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | None = None) -> FloatArray:
+def armature_voltage(
+    rig: Rig, drive: Drive | None, speed_reference: Quantity, top_speed: Quantity, speed_error_integral: Quantity
+) -> FloatArray:
+    """Voltage of the armature (V): what the speed loop (4-6) asks for, within the drive's limit, and its offset.
+
+    Speeds are in rad/s, the integral in rad; shapes broadcast. A `drive` of None is the rig's own.
+    """
+    own = drive or Drive.of_rig(rig)
+    asked = own.k_p * (np.asarray(speed_reference) - top_speed) + own.k_i * np.asarray(speed_error_integral)
+    if drive is None:
+        return np.asarray(asked)
+    back_emf = rig.eta * rig.K_E * np.asarray(top_speed)
+    asked = asked + drive.compensation(rig) * np.asarray(top_speed)
+    return np.asarray(np.clip(asked, back_emf - drive.room(rig), back_emf + drive.room(rig)) + drive.voltage_offset)
+
+
+def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | Limiting | None = None) -> FloatArray:
     """Jacobian J* of the state equations, (4-19) with the entries (4-20); shape (7, 7).
 
     `slope` is the slope Delta T_r1 of the friction torque (N m s/rad, (4-21)); with 0 this is the
     linear part of the model, friction aside. `drive` takes the place of the rig's own. Disc 2 turns, so that T_r2
     is constant; where it sticks, the Jacobian is that of `with_stuck_collars(rig)`.
     """
-    p, (k_p, k_i, K_E) = rig, _speed_loop(rig, drive)
+    p, (k_p, k_i, K_E) = rig, _speed_loop(rig, drive.drive if isinstance(drive, Limiting) else drive)
     J = np.zeros((7, 7))
     J[0, 2], J[0, 3] = 1.0, -1.0
     J[1, 3], J[1, 4] = 1.0, -1.0
@@ -82,6 +106,8 @@ def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | None = None) -> FloatA
     J[4, 4], J[4, 5] = -(p.eta**2 * p.C_m + p.d_2) / p.J_3, p.eta * p.K_T / p.J_3
     J[5, 4], J[5, 5], J[5, 6] = -(p.eta * K_E + k_p) / p.L, -p.R / p.L, k_i / p.L
     J[6, 4] = -1.0
+    if isinstance(drive, Limiting):
+        J[5, 4], J[5, 6], J[6, 4], J[6, 6] = 0.0, 0.0, p.eta * K_E / k_p, -k_i / k_p
     return J
 
 
@@ -112,15 +138,29 @@ def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
     return equilibrium(rig, np.asarray(friction.torque(rig, omega)), omega)
 
 
-def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | None = None) -> FloatArray:
+def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | Limiting | None = None) -> FloatArray:
     """The state that (4-17) holds still at `speed` (rad/s) without friction on disc 1; shape (..., 7).
 
     At speed 0 this is the rig at rest: shafts untwisted, but for what T_r2 just holds, the motor just balancing its
     own friction (so that it does not creep backwards, where the model's constant T_f would be wrong). `drive`
-    takes the place of the rig's own.
+    takes the place of the rig's own. One that limits its current turns the rig at another speed, where losses take all
+    of its torque.
     """
     omega = np.asarray(speed, dtype=float)
+    if isinstance(drive, Limiting):
+        return np.broadcast_to(_limited_state(rig, drive), (*omega.shape, 7))
     return equilibrium(rig, np.zeros(omega.shape), omega, drive)
+
+
+def _limited_state(rig: Rig, limiting: Limiting) -> FloatArray:
+    """The state that a drive holds still without friction on disc 1 while it limits its current; shape (7,)."""
+    drive = limiting.drive
+    torque = rig.eta * rig.K_T * (limiting.current + drive.voltage_offset / rig.R) - rig.eta * rig.T_f - rig.T_r2
+    with np.errstate(divide="ignore", invalid="ignore"):  # a rig without losses has none
+        omega = float(np.divide(torque, rig.eta**2 * rig.C_m + rig.C_1 + rig.C_2))
+    x = equilibrium(rig, np.zeros(()), omega, drive)
+    x[6] = (rig.R * limiting.current + rig.eta * drive.remaining_K_E(rig) * omega) / drive.k_i
+    return x
 
 
 def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
@@ -151,16 +191,16 @@ def equilibrium(rig: Rig, T_r1: Quantity, omega: Quantity, drive: Drive | None =
     x[..., 1] = -(T_12 + T_r2) / rig.k_2
     x[..., 2] = x[..., 3] = x[..., 4] = omega
     x[..., 5] = (rig.eta**2 * rig.C_m * omega + T_12 + T_r2 + rig.eta * rig.T_f) / (rig.eta * rig.K_T)
-    x[..., 6] = (rig.R * x[..., 5] + rig.eta * K_E * omega) / k_i
+    x[..., 6] = (rig.R * x[..., 5] + rig.eta * K_E * omega - (drive.voltage_offset if drive else 0.0)) / k_i
     return x
 
 
-def check_state(rig: Rig, state: FloatArray | Sequence[float] | None) -> FloatArray:
-    """A state as a new array of shape (7,), or several of shape (n, 7); None is the rig at rest.
+def check_state(rig: Rig, state: FloatArray | Sequence[float] | None, drive: Drive | None = None) -> FloatArray:
+    """A state as a new array of shape (7,), or several of shape (n, 7); None is the rig at rest, on a drive.
 
     Raises `ValueError` for another shape or a number that is not finite.
     """
-    array = frictionless_state(rig, 0.0) if state is None else np.array(state, dtype=float)
+    array = frictionless_state(rig, 0.0, drive) if state is None else np.array(state, dtype=float)
     if array.ndim not in (1, 2) or array.shape[-1] != 7:
         raise refuse("initial_state", "shape", array.shape, "", f"(7,), or (n, 7): {', '.join(STATE_NAMES)}")
     for name, unit, values in zip(STATE_NAMES, STATE_UNITS, np.moveaxis(array, -1, 0), strict=True):

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.integrate import ode, solve_ivp
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.drive import Drive
 from drillrig_env.friction import Contact, Friction
 from drillrig_env.friction.law import edges_of, torque_in_zone, zone_of
 from drillrig_env.friction.tilt import Tilt
@@ -33,6 +34,7 @@ def vode(
     with_jacobian: bool = True,
     disc: Tilt | None = None,
     angle: float = 0.0,
+    drive: Drive | None = None,
 ) -> FloatArray:
     """Integrate as the chapter does, with VODE's BDF method on (4-17) and (4-9), in plain Python.
 
@@ -47,7 +49,7 @@ def vode(
         x_3 = float(x[2])
         torque, _ = _torque_in_zone(_zone_of(x_3, rig.omega_s, contact.knee), x_3, contact)
         torque *= press.factor(t, x)
-        return state_equations(x.tolist(), speed_reference, torque, rig)
+        return state_equations(x.tolist(), speed_reference, torque, rig, drive)
 
     solver = ode(rates).set_integrator(
         "vode", method="bdf", rtol=rtol, atol=1e-3 * rtol, with_jacobian=with_jacobian, nsteps=10_000_000
@@ -72,8 +74,11 @@ def radau(
     atol: float = 1e-13,
     disc: Tilt | None = None,
     angle: float = 0.0,
+    drive: Drive | None = None,
 ) -> FloatArray:
-    """Integrate with Radau one piece of the law (4-9), and of that of T_r2, at a time, each kink located as an event.
+    """Integrate with Radau one piece of every law at a time, each kink located as an event.
+
+    Laws are that of (4-9), that of T_r2, and the limit of the drive's current.
 
     Every piece is smooth beyond its zone, so the event is found on a smooth solution. Arguments and
     result as for `vode`; the accurate reference of the project.
@@ -81,12 +86,15 @@ def radau(
     contact, to_rates = _plain_contact(rig, friction, speed_reference), friction_input(rig)
     press = _Press(disc, angle, speed_reference, state, times[0])
     at_rest = np.asarray(state_equations([0.0] * 7, speed_reference, 0.0, rig))
+    loop = _Loop(rig, drive or Drive.of_rig(rig), speed_reference)
     states = np.empty((len(times) - 1, 7))
     time, x, done = float(times[0]), np.asarray(state, dtype=float), 0
     zone, collars = _zone_of(float(x[2]), rig.omega_s, contact.knee), _zone_of(float(x[3]), rig.omega_s, inf)
+    limit = loop.limit_at(x)
     while done < len(states):
-        linear, constant = jacobian(rig if collars else with_stuck_collars(rig)), at_rest.copy()
-        constant[3] -= collars * rig.T_r2 / rig.J_2
+        linear = jacobian(rig if collars else with_stuck_collars(rig))
+        constant = at_rest - np.eye(7)[3] * collars * rig.T_r2 / rig.J_2
+        linear[5:], constant[5:] = loop.rows(limit)
 
         def rates(
             t: float, x: FloatArray, zone: int = zone, linear: FloatArray = linear, constant: FloatArray = constant
@@ -99,8 +107,8 @@ def radau(
             full[2, 2] += to_rates[2] * press.factor(t, x) * _torque_in_zone(zone, float(x[2]), contact)[1]
             return full
 
-        edges = [*_edges(zone, contact), *_collars_edges(collars, rig)]
-        events = [_Edge(*edge[:3]) for edge in edges]
+        edges = [*_edges(zone, contact), *_collars_edges(collars, rig), *loop.edges(limit)]
+        events = [_Edge(loop.row if state == _LOOP else np.eye(7)[state], *level) for state, *level, _ in edges]
         piece = solve_ivp(
             rates,
             (time, times[-1]),
@@ -120,8 +128,12 @@ def radau(
         if piece.t_events is not None and piece.y_events is not None and piece.status == 1:
             hit = next(k for k in range(len(edges)) if piece.t_events[k].size)
             time, x = float(piece.t_events[hit][0]), np.array(piece.y_events[hit][0])
-            one, x[one], _, beyond = edges[hit]
-            zone, collars = (beyond, collars) if one == 2 else (zone, beyond)
+            one, level, _, beyond = edges[hit]
+            if one == _LOOP:
+                limit = beyond
+            else:
+                x[one] = level
+                zone, collars = (beyond, collars) if one == 2 else (zone, beyond)
     return states
 
 
@@ -152,6 +164,48 @@ def _plain_contact(rig: Rig, friction: Friction, speed_reference: float) -> Cont
     return Contact(*friction.single().contacts(rig, speed_reference)[0].item())
 
 
+_LOOP = 7
+"""The speed loop, where the ends of a piece name a state."""
+
+
+class _Loop:
+    """The speed loop of a drive, which limits the current forwards (1), backwards (-1) or not (0)."""
+
+    def __init__(self, rig: Rig, drive: Drive, speed_reference: float) -> None:
+        self.rig, self.drive, self.speed_reference = rig, drive, speed_reference
+        self.row = np.zeros(7)  # of what it asks for beyond the back-EMF, but for k_p omega_ref
+        self.row[4] = -drive.k_p - rig.eta * rig.K_E + drive.compensation(rig)
+        self.row[6] = drive.k_i
+
+    def limit_at(self, x: FloatArray) -> int:
+        asked = float(self.row @ x) + self.drive.k_p * self.speed_reference
+        return int(asked > self.drive.room(self.rig)) - int(asked < -self.drive.room(self.rig))
+
+    def rows(self, limit: int) -> tuple[FloatArray, FloatArray]:
+        """The rates of current and integral: what the states add to them, shape (2, 7), and what is constant."""
+        p, drive = self.rig, self.drive
+        by_state, constant = np.zeros((2, 7)), np.zeros(2)
+        by_state[0, 5], by_state[1, 4] = -p.R / p.L, -1.0
+        beyond = self.row, drive.k_p * self.speed_reference
+        if limit == 0:
+            by_state[0] += beyond[0] / p.L
+            constant[:] = (beyond[1] + drive.voltage_offset) / p.L, self.speed_reference
+        else:
+            room = limit * drive.room(p)
+            by_state[1] -= beyond[0] / drive.k_p
+            constant[:] = (room + drive.voltage_offset) / p.L, self.speed_reference + (room - beyond[1]) / drive.k_p
+        return by_state, constant
+
+    def edges(self, limit: int) -> list[tuple[int, float, float, int]]:
+        """The ends of a piece, as `_edges`."""
+        room, asked = self.drive.room(self.rig), self.drive.k_p * self.speed_reference
+        if room == inf:
+            return []
+        if limit == 0:
+            return [(_LOOP, side * room - asked, side, side) for side in (-1, 1)]
+        return [(_LOOP, limit * room - asked, -limit, 0)]
+
+
 class _Press:
     """By which a tilted disc presses more than N_1 at a time t (s) and a state; 1 without a tilt."""
 
@@ -167,14 +221,14 @@ class _Press:
 
 
 class _Edge:
-    """An event of `solve_ivp`: a state crosses a `speed` in a `direction`, which ends the piece."""
+    """An event of `solve_ivp`: `row` @ states crosses a `level` in a `direction`, which ends the piece."""
 
     terminal = True
 
-    def __init__(self, state: int, speed: float, direction: float) -> None:
-        self.state = state
-        self.speed = speed
+    def __init__(self, row: FloatArray, level: float, direction: float) -> None:
+        self.row = row
+        self.level = level
         self.direction = direction
 
     def __call__(self, _time: float, x: FloatArray) -> float:
-        return float(x[self.state]) - self.speed
+        return float(self.row @ x) - self.level

@@ -230,7 +230,14 @@ class Scales:
         volts = _volts_per_torque(self.rig) / _volts_per_torque(other.rig)
         stiffness = (self.torque / self.angle) / (other.torque / other.angle)
         damping = stiffness * (self.time / other.time)
-        return Drive(drive.k_p * damping * volts, drive.k_i * stiffness * volts, drive.back_emf_share)
+        limit = drive.current_limit
+        return Drive(
+            drive.k_p * damping * volts,
+            drive.k_i * stiffness * volts,
+            drive.back_emf_share,
+            voltage_offset=drive.voltage_offset * (self.voltage_swing / other.voltage_swing),
+            current_limit=None if limit is None else limit * (self.current_swing / other.current_swing),
+        )
 
     @property
     def friction(self) -> Friction:

@@ -10,10 +10,11 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.drive import Drive, DriveLike
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.friction.tilt import Tilt
 from drillrig_env.inputs import Inputs, Pieces, Schedule
-from drillrig_env.model import STATE_NAMES, check_state, torque_into_string
+from drillrig_env.model import STATE_NAMES, armature_voltage, check_state, torque_into_string
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.reference import radau, vode
 from drillrig_env.rig import Rig, RigLike
@@ -23,8 +24,8 @@ from drillrig_env.stepper.limits import check_computable
 from drillrig_env.stepper.tables import TOLERANCE
 from drillrig_env.stepper.times import same_time, sample_count, step_of
 
-_Method: TypeAlias = Callable[[Rig, Pieces, Tilt | None, FloatArray, float], FloatArray]
-"""From rig, inputs, tilt, first state and tolerance to the states at all stops, shape (stops, 7)."""
+_Method: TypeAlias = Callable[[Rig, Pieces, Tilt | None, Drive | None, FloatArray, float], FloatArray]
+"""From rig, inputs, tilt, drive, first state and tolerance to the states at all stops, shape (stops, 7)."""
 
 SIGNALS = ("time", *STATE_NAMES, "speed_reference", "normal_force", "voltage", "torque_into_string", "friction_torque")
 """The names of all signals of a simulation, in the order of its table."""
@@ -44,6 +45,7 @@ class Simulation:
     state: FloatArray
     speed_reference: FloatArray  # rad/s
     normal_force: FloatArray  # N, as the disc presses at its angle
+    drive: Drive | None = None  # in place of the rig's own
 
     def _named(self, name: str) -> FloatArray:
         return self.state[:, STATE_NAMES.index(name)]
@@ -85,9 +87,8 @@ class Simulation:
 
     @property
     def voltage(self) -> FloatArray:
-        """Voltage of the PI loop (4-6), V."""
-        error = self.speed_reference - self.top_speed
-        return np.asarray(self.rig.k_p * error + self.rig.k_i * self.speed_error_integral)
+        """Voltage of the armature, of the PI loop (4-6) unless a drive says otherwise, V."""
+        return armature_voltage(self.rig, self.drive, self.speed_reference, self.top_speed, self.speed_error_integral)
 
     @property
     def torque_into_string(self) -> FloatArray:
@@ -117,6 +118,7 @@ def simulate(
     *,
     course: Any = None,
     tilt: Any = None,
+    drive: DriveLike = None,
 ) -> Simulation:
     """Simulate one rig from t = 0 to `duration` and sample it every `sample_period` (both s).
 
@@ -125,7 +127,8 @@ def simulate(
     `speed_reference` (rad/s) and `normal_force` (N, default the friction's own) are numbers or
     schedules such as `[(0, 0.0), (50, 25.0)]`: 0 N until 50 s, then 25 N. A `course` (a `Course`, or the path of a CSV
     file) gives normal force or coefficients as a table over time; with a `tilt` (a `Tilt`) the normal force varies as
-    disc 1 turns, from theta_1 = 0 on.
+    disc 1 turns, from theta_1 = 0 on. A `drive` takes the place of the rig's own: a `Drive`, or a dictionary of its
+    fields.
 
     Which method? "fast", the exact stepper, unless you want to check it: the error of any speed stays below
     `tolerance` over 20 s, 1e-7 to 1e-3 in the rig's own unit of speed, 1 rad/s for the chapter's
@@ -140,22 +143,24 @@ def simulate(
     Raises `ValueError` for a value that is not allowed, naming it, its unit and what is, and `NotFiniteError` where a
     state can no longer be computed.
     """
-    rig, friction = Rig.of(rig), Friction.of(friction)
+    rig, friction, drive = Rig.of(rig), Friction.of(friction), Drive.of(drive)
     if (rigs := len(friction.as_array())) != 1:
         raise ValueError(
             f"simulate: friction for {rigs} rigs is not allowed; allowed: one rig; simulate_batch takes many"
         )
-    check_computable(rig)
+    check_computable(rig, drive)
     count, same = sample_count("simulate", duration, sample_period), same_time(duration, sample_period)
     if method not in _METHODS:
         raise ValueError(f"simulate: method = {method!r} is not known; {closest(method, _METHODS)}")
     inputs = Inputs.of(friction, speed_reference, normal_force, course)
     disc = None if tilt is None else Tilt.of(tilt).of_one_disc()
+    if disc is not None and drive is not None and drive.current_limit is not None:
+        raise refuse("simulate", "current_limit", drive.current_limit, "A", "none where the disc is tilted")
     if count < 1:
         raise refuse("simulate", "sample_period", sample_period, "s", f"<= duration = {duration}")
     time = sample_period * np.arange(count + 1, dtype=float)
     pieces = inputs.pieces(time, same)
-    states = _METHODS[method](rig, pieces, disc, check_state(rig, initial_state), tolerance)
+    states = _METHODS[method](rig, pieces, disc, drive, check_state(rig, initial_state, drive), tolerance)
     check_finite(states[None], pieces.stops, "simulate")
     sampled = np.searchsorted(pieces.stops, time)
     force = inputs.force(time, same)
@@ -168,23 +173,28 @@ def simulate(
         state=states[sampled],
         speed_reference=inputs.reference(time, same),
         normal_force=force,
+        drive=drive,
     )
 
 
-def _fast(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolerance: float) -> FloatArray:
+def _fast(
+    rig: Rig, pieces: Pieces, disc: Tilt | None, drive: Drive | None, state: FloatArray, tolerance: float
+) -> FloatArray:
     """The fast stepper: one compiled call along all intervals."""
     _, period = step_of(rig, float(pieces.intervals.max()))
     contacts = pieces.friction.contacts(rig, pieces.references, len(pieces.references))
     if disc is not None:
         disc.put_on(contacts, 0.0)
-    runs = advance_along(rig, contacts[None], pieces.which, state[None], pieces.intervals, period, tolerance)
+    runs = advance_along(rig, contacts[None], pieces.which, state[None], pieces.intervals, period, tolerance, drive)
     return np.concatenate([state[None], runs[0]])
 
 
 def _by_pieces(solve: Callable[..., FloatArray]) -> _Method:
     """A reference method, from one change of the inputs to the next."""
 
-    def run(rig: Rig, pieces: Pieces, disc: Tilt | None, state: FloatArray, tolerance: float) -> FloatArray:
+    def run(
+        rig: Rig, pieces: Pieces, disc: Tilt | None, drive: Drive | None, state: FloatArray, tolerance: float
+    ) -> FloatArray:
         states = np.empty((len(pieces.stops), 7))
         states[0] = state
         for first, last in pairwise([*pieces.changes, len(pieces.intervals)]):
@@ -192,7 +202,9 @@ def _by_pieces(solve: Callable[..., FloatArray]) -> _Method:
             friction, reference = pieces.friction.each()[piece], float(pieces.references[piece])
             angle = float(pieces.angles(states[: first + 1])[-1])
             times = pieces.stops[first : last + 1]
-            states[first + 1 : last + 1] = solve(rig, friction, reference, states[first], times, disc=disc, angle=angle)
+            states[first + 1 : last + 1] = solve(
+                rig, friction, reference, states[first], times, disc=disc, angle=angle, drive=drive
+            )
         return states
 
     return run

@@ -28,6 +28,9 @@ PLANT = np.dtype(
         ("r_1", "f8"),
         ("omega_s", "f8"),
         ("back_emf_compensation", "f8"),  # back-EMF that the drive makes up for, V s/rad of the top speed
+        ("back_emf", "f8"),  # of the motor, V s/rad of the top speed
+        ("voltage_room", "f8"),  # V, beside the back-EMF; infinite where the drive has no limit
+        ("voltage_offset", "f8"),  # V
         # Of the drive's estimate of the mean torque into the string over a control step:
         ("torque_gain", "f8"),  # how much of that torque is in it
         ("torque_per_speed", "f8"),  # N m s/rad, of the mean top speed
@@ -144,5 +147,6 @@ def _tables(rigs: tuple[Rig, ...], period: float, drive: Drive | None, known: Ta
 
 def _plant(rig: Rig, nominal: Rig, drive: Drive | None, period: float) -> tuple[float, ...]:
     gain, per_speed, per_rate, offset = estimate_of_torque(rig, nominal)
-    compensation = 0.0 if drive is None else drive.compensation(rig)
-    return rig.r_1, rig.omega_s, compensation, gain, per_speed, per_rate / period, offset
+    seen = drive or Drive.of_rig(rig)
+    loop = seen.compensation(rig), rig.eta * rig.K_E, seen.room(rig), seen.voltage_offset
+    return rig.r_1, rig.omega_s, *loop, gain, per_speed, per_rate / period, offset

@@ -6,7 +6,7 @@ This is all that there is to a step; the single, the vector and the SB3 environm
 
 from __future__ import annotations
 
-from math import isfinite, pi, sqrt
+from math import inf, isfinite, pi, sqrt
 
 import numpy as np
 import numpy.typing as npt
@@ -173,12 +173,16 @@ def _hold(episode: Record, s: Record, plant: Record, ladders: Records, work: Rec
     episode.stuck = stuck / SAMPLES
     episode.torque_into_string, episode.highest_torque = work.torque_samples[SAMPLES - 1], highest_torque
     mean_top_speed = episode.speed_reference - (x[6] - error_integral) / s.control_period
+    if plant.voltage_room < inf:  # the integrator may follow the limit
+        mean_top_speed = 0.5 * (top_speed + x[4])
     estimate = plant.torque_gain * (torque / SAMPLES) + plant.torque_per_speed * mean_top_speed
     episode.string_torque = estimate + plant.torque_per_change * (x[4] - top_speed) + plant.torque_offset
     deviation = episode.string_torque - episode.torque_mean
     episode.torque_mean += s.torque_mean_gain * deviation
     episode.torque_variance += s.torque_variance_gain * (deviation * deviation - episode.torque_variance)
-    episode.voltage = s.k_p * (episode.speed_reference - x[4]) + s.k_i * x[6] + plant.back_emf_compensation * x[4]
+    asked = s.k_p * (episode.speed_reference - x[4]) + s.k_i * x[6] + plant.back_emf_compensation * x[4]
+    back_emf, room = plant.back_emf * x[4], plant.voltage_room
+    episode.voltage = min(max(asked, back_emf - room), back_emf + room) + plant.voltage_offset
 
 
 @inlined

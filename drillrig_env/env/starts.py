@@ -104,18 +104,23 @@ def _settle(
 
 
 def _hand_over(task: Task, bank: RigBank, fresh: np.ndarray) -> None:
-    """Give the rigs to the drive of the task, without a jump of the voltage."""
+    """Give the rigs to the drive of the task, without a jump of the voltage unless its limit asks for one."""
     state, nominal, drive = fresh["state"], task.rig, task.drive
     error = fresh["speed_reference"] - state[:, 4]
     fresh["voltage"] = nominal.k_p * error + nominal.k_i * state[:, 6]
     if drive is not None:
-        added = bank.plants["back_emf_compensation"][fresh["rig"]] * state[:, 4]
+        plants = bank.plants[fresh["rig"]]
+        added = plants["back_emf_compensation"] * state[:, 4] + plants["voltage_offset"]
         state[:, 6] = (fresh["voltage"] - added - drive.k_p * error) / drive.k_i
+        if drive.current_limit is not None:
+            fresh["voltage"] = _voltage(task, bank, fresh)
 
 
 def _voltage(task: Task, bank: RigBank, episodes: np.ndarray) -> FloatArray:
     """What the drive of the task makes of the rigs' states, V; shape (n,)."""
-    state, loop = episodes["state"], task.speed_loop
-    added = bank.plants["back_emf_compensation"][episodes["rig"]] * state[:, 4]
+    state, loop, plants = episodes["state"], task.speed_loop, bank.plants[episodes["rig"]]
+    added = plants["back_emf_compensation"] * state[:, 4]
     error = episodes["speed_reference"] - state[:, 4]
-    return np.asarray(loop.k_p * error + loop.k_i * state[:, 6] + added)
+    back_emf, room = plants["back_emf"] * state[:, 4], plants["voltage_room"]
+    asked = loop.k_p * error + loop.k_i * state[:, 6] + added
+    return np.asarray(np.clip(asked, back_emf - room, back_emf + room) + plants["voltage_offset"])

@@ -174,6 +174,8 @@ class Task:
         for name in ("noise", "delay", "drive", "privileged"):
             self._read(name)
         check_steady(self.rig, self.drive)
+        if self.drive is not None and self.drive.current_limit is not None and self.scenario.tilt is not None:
+            raise refuse("Task", "current_limit", self.drive.current_limit, "A", "none where the disc is tilted")
         if not self.targets.holds(self.scenario.speed_target):
             raise refuse("Scenario", "speed_target", self.scenario.speed_target, "rad/s", f"each {self.targets}")
         targets = None if self.scenario.course is None else self.scenario.course.values("speed_target")

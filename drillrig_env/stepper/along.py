@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Record, Records
+from drillrig_env.drive import Drive
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
@@ -26,16 +27,17 @@ def advance_along(
     lengths: FloatArray,
     period: float,
     tolerance: float = TOLERANCE,
+    drive: Drive | None = None,
 ) -> FloatArray:
     """Advance runs of one rig over n intervals of some `lengths` (s), with the contact of each; shape (runs, n, 7).
 
     `contacts` are records of CONTACT, shape (runs, m), of which interval i has the one of index `which[i]`; `states`
     has shape (runs, 7), and `period` (s) is what steps are taken from. On a tilted disc the angle of the first contact
-    of a run is m theta_1 + phi at its start; those of the others follow.
+    of a run is m theta_1 + phi at its start; those of the others follow. `drive` takes the place of the rig's own.
     """
     parts = _parts(lengths, period)
-    coarse = step_tables(rig, period, tolerance)
-    fine = step_tables(rig, period / UNITS, tolerance) if parts[:, 2].any() else coarse
+    coarse = step_tables(rig, period, tolerance, drive)
+    fine = step_tables(rig, period / UNITS, tolerance, drive) if parts[:, 2].any() else coarse
     result = np.empty((len(contacts), len(which), 7))
     starts, contacts = np.array(states, dtype=float), contacts.copy()
     _advance(starts, contacts, which, parts, period, coarse.ladders, fine.ladders, workspace(), result)

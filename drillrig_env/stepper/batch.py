@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drillrig_env.arrays import FloatArray, Quantity, Records
+from drillrig_env.drive import Drive, DriveLike
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.jit.compiled import compiled
 from drillrig_env.jit.threads import check_threads, over_slices
@@ -31,24 +32,25 @@ def simulate_batch(
     sample_period: float = 0.1,
     threads: int | None = None,
     tolerance: float = TOLERANCE,
+    drive: DriveLike = None,
 ) -> FloatArray:
     """Simulate many rigs at once with the fast stepper; their states, shape (rigs, samples, 7).
 
     `friction`, `speed_reference` (rad/s) and `initial_state` ((7,) or (rigs, 7)) have one entry a rig,
-    or one for all; the first sample is the start, times are in s. `threads`: default all cores; `rig`, `friction` and
-    `tolerance` as for `simulate`. Each rig comes out bit for bit as from there, whatever its company and
+    or one for all; the first sample is the start, times are in s. `threads`: default all cores; `rig`, `friction`,
+    `tolerance` and `drive` as for `simulate`. Each rig comes out bit for bit as from there, whatever its company and
     the number of threads.
 
     >>> import numpy as np
     >>> simulate_batch(None, Friction(np.linspace(5, 30, 100)), speed_reference=3.0).shape
     (100, 301, 7)
     """
-    rig, friction = Rig.of(rig), Friction.of(friction)
-    check_computable(rig)
+    rig, friction, drive = Rig.of(rig), Friction.of(friction), Drive.of(drive)
+    check_computable(rig, drive)
     samples = sample_count("simulate_batch", duration, sample_period)
     if not NOT_NEGATIVE.holds(speed_reference):
         raise refuse("simulate_batch", "speed_reference", speed_reference, "rad/s", NOT_NEGATIVE)
-    start = np.atleast_2d(check_state(rig, initial_state))
+    start = np.atleast_2d(check_state(rig, initial_state, drive))
     lengths = {friction.as_array().shape[0], np.size(speed_reference), start.shape[0]} - {1}
     if len(lengths) > 1:
         raise refuse("simulate_batch", "number of rigs", sorted(lengths), "", "the same for every argument, or one")
@@ -65,6 +67,7 @@ def simulate_batch(
         threads=threads,
         tolerance=tolerance,
         where="simulate_batch",
+        drive=drive,
     )
     return np.concatenate([start[:, None], states], axis=1)
 
@@ -82,16 +85,17 @@ def advance_batch(
     tolerance: float = TOLERANCE,
     where: str = "advance_batch",
     begin: float = 0.0,
+    drive: Drive | None = None,
 ) -> FloatArray:
     """Advance rigs that share `rig` by a number of periods (s) of constant speed reference.
 
     `states` has shape (n, 7), `friction` and `speed_reference` (rad/s) one entry a rig or one for
     all. Returns the states after every `every`-th period, shape (n, periods // every, 7): bit for
-    bit the same for a batch as for its rigs one at a time, and for any number of `threads`. Raises
-    `NotFiniteError` for a state that is no longer finite.
+    bit the same for a batch as for its rigs one at a time, and for any number of `threads`. `drive` takes the
+    place of the rig's own. Raises `NotFiniteError` for a state that is no longer finite.
     """
     rigs = states.shape[0]
-    tables = step_tables(rig, period, tolerance)
+    tables = step_tables(rig, period, tolerance, drive)
     contacts = friction.contacts(rig, speed_reference, rigs)
     result = np.empty((rigs, periods // every, 7))
 

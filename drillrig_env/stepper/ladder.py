@@ -32,6 +32,9 @@ SAMPLED_RUNGS = 4
 STATE = 8
 """The 7 states and a pad, so that a row fills whole vector registers."""
 
+QUANTITIES = 2
+"""What a mode goes by: x_4, and the voltage that the speed loop asks for beyond the back-EMF."""
+
 RUNG = np.dtype(
     [
         ("node_from_state", "f8", (7, NODES)),
@@ -80,15 +83,15 @@ LADDER = np.dtype(
         ("fine_from", "i8"),  # the first rung whose steps lead across kinks, so that their place must be exact
         ("series_from", "i8"),  # the first rung over whose step a Taylor series keeps its digits
         ("watched", "b1"),  # whether nodes alone may not see a mode that is fast and lasts
-        ("has_modes", "b1"),  # whether this is a mode of several, which holds as long as a quantity keeps between edges
-        ("low", "f8"),  # the edges
-        ("high", "f8"),
-        ("below", "i8"),  # where among the ladders the mode beyond each is
-        ("above", "i8"),
-        ("kept", "f8", STATE),  # the quantity, of the states less the equilibrium
-        ("kept_rate", "f8", STATE),  # and its change over a period
-        ("kept_at_rest", "f8"),  # what it is at the equilibrium, as for the states
-        ("kept_per_speed", "f8"),
+        ("has_modes", "b1"),  # whether this is a mode of several, which holds while quantities keep between edges
+        ("low", "f8", QUANTITIES),  # the edges of each
+        ("high", "f8", QUANTITIES),
+        ("below", "i8", QUANTITIES),  # where among the ladders the mode beyond each is
+        ("above", "i8", QUANTITIES),
+        ("kept", "f8", (QUANTITIES, STATE)),  # the quantities, of the states less the equilibrium
+        ("kept_rate", "f8", (QUANTITIES, STATE)),  # and their change over a period
+        ("kept_at_rest", "f8", QUANTITIES),  # what they are at the equilibrium, as for the states
+        ("kept_per_speed", "f8", QUANTITIES),
         ("number", "i8"),  # of the rig, for the one who makes the shortest steps
         ("make_shortest", "i8"),  # the address of a function that makes them, and tells where they are
         ("shortest", "i8"),  # the address of the tables below UNIT_RUNG; 0 where they are not made

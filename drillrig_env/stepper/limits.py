@@ -8,8 +8,9 @@ from math import inf, isfinite, log, sqrt
 
 import numpy as np
 
-from drillrig_env.drive import Drive
+from drillrig_env.drive import Drive, Limiting
 from drillrig_env.model import STATE_NAMES, STATE_UNITS, frictionless_state
+from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.units import time_of, units_of
 
@@ -24,6 +25,9 @@ _LARGEST_STATE = 1e12
 
 _LARGEST_UNIT = 1e100
 """A unit of the rig's own, or 1 over one, from which doubles can go up and down by as much again."""
+
+_LARGEST_LIMITED = 1e6
+"""A speed (rad/s, in the rig's own unit) beside which doubles resolve that of a bit that sticks."""
 
 _CHAPTER = Rig()
 
@@ -53,7 +57,11 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
             "eta K_T k_p L J_3": _root(rig.eta, rig.L) * _root(rig.K_T, rig.J_3) * sqrt(k_p),
             "eta K_T K_E L J_3": rig.eta * _root(rig.K_T, rig.L) * _root(abs(K_E), rig.J_3),
             "eta K_T k_i L J_3": (_ratio(rig.eta, rig.L) * _ratio(rig.K_T, rig.J_3) * k_i) ** (1.0 / 3.0),
+            "T_r2 omega_s J_2": _ratio(_ratio(rig.T_r2, rig.omega_s), rig.J_2),
         }
+        if drive is not None and drive.current_limit is not None:
+            rates["k_i k_p"], rates["eta K_E k_p"] = _ratio(k_i, k_p), _ratio(rig.eta * abs(K_E), k_p)
+            _check_limited(rig, drive)
         units = units_of(rig)
         at_speed = np.abs(frictionless_state(rig, units.speed, drive)) / units.states
     names, rate = max(rates.items(), key=lambda item: item[1] if isfinite(item[1]) else inf)
@@ -64,6 +72,20 @@ def check_computable(rig: Rig, drive: Drive | None = None) -> None:
         largest = f"{_LARGEST_STATE * units.states[state]:g} {STATE_UNITS[state]}"
         reason = f"a value with which {STATE_NAMES[state]} stays below {largest}"
         _refuse(own, drive, {0: "k_1 C_1", 1: "T_r2 C_1 C_2"}.get(state, "R C_m C_1 C_2 T_f K_E eta K_T k_i"), reason)
+
+
+def _check_limited(rig: Rig, drive: Drive) -> None:
+    """Raise `ValueError` where nothing but the limit of its current bounds how fast a drive would turn the rig."""
+    speed = float(np.abs(frictionless_state(rig, 0.0, Limiting(drive, 1))[2]))
+    if not speed <= _LARGEST_LIMITED * units_of(rig).speed:
+        raise refuse(
+            "Drive",
+            "current_limit",
+            drive.current_limit,
+            "A",
+            f"none on a rig that loses so little: without friction it would turn at {speed:g} rad/s; or C_1, C_2 or "
+            f"C_m with which that is below {_LARGEST_LIMITED * units_of(rig).speed:g} rad/s",
+        )
 
 
 def with_lag(rig: Rig) -> Rig:

@@ -49,6 +49,7 @@ def advance(y: FloatArray, contact: Record, ladders: Records, rig: int, work: Re
                   (rad/s) and string torque (N m) are taken at equal distances, the last at the end
     """
     mode, has_modes, angle = rig, ladders[rig].has_modes, contact.angle
+    work.speed_reference = contact.speed_reference
     work.caution, work.fast_gain = caution_for(contact, ladders[rig]), 0.0
     if has_modes:
         mode = to_own_mode(y, rig, contact, ladders, work)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.drive import Drive
+from drillrig_env.drive import Drive, Limiting
 from drillrig_env.model import friction_input, jacobian, torque_into_string
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.exponentials import BETWEEN, RADAU_NODES, doubled_steps, variation_of_constants
@@ -25,7 +25,9 @@ SHORTEST = slice(UNIT_RUNG + 1, RUNGS)
 """The rungs that are made only when a rig needs them."""
 
 
-def in_units(rig: Rig, drive: Drive | None, units: Units, period: float) -> tuple[FloatArray, FloatArray, float]:
+def in_units(
+    rig: Rig, drive: Drive | Limiting | None, units: Units, period: float
+) -> tuple[FloatArray, FloatArray, float]:
     """Jacobian, input of the friction torque and period in the rig's own units."""
     M = jacobian(rig, drive=drive) * np.outer(1.0 / units.states, units.states) * units.time
     return M, friction_input(rig) / units.states * (units.torque * units.time), period / units.time

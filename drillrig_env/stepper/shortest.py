@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.drive import Drive
+from drillrig_env.drive import Drive, Limiting
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import DEPTH, RUNG
 from drillrig_env.stepper.limits import with_lag
@@ -33,13 +33,13 @@ def address_of(call: Any) -> int:
 
 
 class Shortest:
-    """Makes the tables of the shortest steps of a rig, by its number, and keeps them.
+    """Makes the tables of the shortest steps of a rig on a drive, by its number, and keeps them.
 
     It writes where they are into the rig's record of `ladders`.
     """
 
-    def __init__(self, rigs: Sequence[Rig], drive: Drive | None, period: float, ladders: np.ndarray) -> None:
-        self._rigs, self._drive, self._period, self._ladders = tuple(rigs), drive, period, ladders
+    def __init__(self, rigs: Sequence[tuple[Rig, Drive | Limiting | None]], period: float, ladders: np.ndarray) -> None:
+        self._rigs, self._period, self._ladders = tuple(rigs), period, ladders
         self._kept = dict[int, np.ndarray]()
 
     def __call__(self, number: int) -> int:
@@ -53,7 +53,8 @@ class Shortest:
             return _UNSOLVED.ctypes.data
 
     def _made(self, number: int) -> np.ndarray:
-        rig = with_lag(self._rigs[number])
+        rig, drive = self._rigs[number]
+        rig = with_lag(rig)
         units = units_of(rig)
         with np.errstate(over="ignore", invalid="ignore"):
-            return shortest_rungs(*in_units(rig, self._drive, units, self._period), units)
+            return shortest_rungs(*in_units(rig, drive, units, self._period), units)

@@ -22,13 +22,13 @@ from math import ceil, log2
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.drive import Drive
+from drillrig_env.drive import Drive, Limiting
 from drillrig_env.model import friction_input, frictionless_state, jacobian, torque_into_string
 from drillrig_env.parameters import POSITIVE, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.stepper.ladder import LADDER, RUNGS, SAMPLED_RUNGS
 from drillrig_env.stepper.limits import check_computable, with_lag
-from drillrig_env.stepper.modes import further_modes, join_modes
+from drillrig_env.stepper.modes import arranged, join_modes
 from drillrig_env.stepper.rungs import in_units, longest_rungs, sampling_of
 from drillrig_env.stepper.shortest import CALL, Shortest, address_of
 from drillrig_env.stepper.units import Units, units_of
@@ -104,18 +104,19 @@ def build_tables(
         raise refuse("step_tables", "period", period, "s", POSITIVE)
     for rig in rigs:
         check_computable(rig, drive)
-    systems = [*rigs, *(mode for rig in rigs for mode in further_modes(rig))]
-    ladders = np.zeros(len(systems), dtype=LADDER)
+    modes, places = arranged(rigs, drive)
+    ladders = np.zeros(len(modes), dtype=LADDER)
     there = {} if known is None or known.drive != drive else dict(zip(known.rigs, known.ladders, strict=False))
-    for number, rig in enumerate(systems):
-        if rig in there:
-            ladders[number] = there[rig]
+    for number, mode in enumerate(modes):
+        if mode.rig in there and mode.drive == drive:
+            ladders[number] = there[mode.rig]
         else:
-            _write(ladders[number], with_lag(rig), drive, period, tolerance)
-    make_shortest = CALL(Shortest(systems, drive, period, ladders))
-    ladders["number"], ladders["make_shortest"] = np.arange(len(systems)), address_of(make_shortest)
+            _write(ladders[number], with_lag(mode.rig), mode.drive, period, tolerance)
+    make_shortest = CALL(Shortest([(mode.rig, mode.drive) for mode in modes], period, ladders))
+    ladders["number"], ladders["make_shortest"] = np.arange(len(modes)), address_of(make_shortest)
     ladders["shortest"] = 0
-    join_modes(ladders, rigs, drive)
+    for rig, own in zip(rigs, places, strict=True):
+        join_modes(ladders, own, modes, rig, drive)
     seen = ladders.view()
     seen.flags.writeable = False
     return Tables(tuple(rigs), drive, period, seen, make_shortest)
@@ -127,7 +128,7 @@ def step_tables(rig: Rig, period: float, tolerance: float = TOLERANCE, drive: Dr
     return build_tables((rig,), period, tolerance, drive)
 
 
-def _write(ladder: np.void, rig: Rig, drive: Drive | None, period: float, tolerance: float) -> None:
+def _write(ladder: np.void, rig: Rig, drive: Drive | Limiting | None, period: float, tolerance: float) -> None:
     """Write all but the shortest steps into a rig's ladder."""
     units = units_of(rig)
     M, b, step = in_units(rig, drive, units, period)

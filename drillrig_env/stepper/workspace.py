@@ -25,6 +25,8 @@ WORKSPACE = np.dtype(
         ("origin", "f8", STATE),  # where a step begins within which the mode may change
         ("end", "f8", STATE),  # and where it would end without
         ("trial", "f8", STATE),
+        ("torque_kept", "f8", NODES),
+        ("speed_reference", "f8"),  # rad/s; that of the contact is where a mode's equilibrium turns
         ("fast", "f8", STATE),
         ("fast_left", "f8", STATE),
         ("fast_gain", "f8"),  # what of its rate is friction's; 0 where the fast settling is not known yet
