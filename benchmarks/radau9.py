@@ -56,7 +56,7 @@ def solve(
     """States of shape (samples + 1, 7) every `period` (s) from `state` at constant speed reference (rad/s).
 
     `tolerance` is what a step and its halves may differ by, as a share of the largest state of its kind so far, or of
-    1. Raises `ArithmeticError` where no step is short enough.
+    1. T_r2 is constant, as for a disc 2 that turns forwards. Raises `ArithmeticError` where no step is short enough.
     """
     p, (normal_force, mu_s, mu_k, v_b) = rig, friction.as_array()[0].tolist()
     A, constant = np.zeros((7, 7)), np.zeros(7)

@@ -26,7 +26,7 @@ def test_draws_are_the_same_for_the_same_seed_and_within_their_ranges():
 
 
 def test_reference_agrees_with_scipys():
-    rig, friction = Rig(J_2=0.004, L=3e-3, k_p=1.3, T_r2=0.03), Friction(26.0, 0.55, 0.3, 1.6)
+    rig, friction = Rig(J_2=0.004, L=3e-3, k_p=1.3), Friction(26.0, 0.55, 0.3, 1.6)
     start = np.array([0.0, 0.0, 1.8, 1.8, 1.8, 0.5, 0.0])
     found = solve(rig, friction, start, 1.8, 0.5, 8)
     expected = radau(rig, friction, 1.8, start, np.linspace(0.0, 4.0, 9), rtol=1e-10, atol=1e-12)

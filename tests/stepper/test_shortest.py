@@ -66,7 +66,7 @@ def test_threads_that_ask_at_once_find_the_same():
 def test_whether_they_were_there_before_changes_no_bit():
     run = lambda: advance_batch(LIGHTNING, Friction(20.0), np.zeros((1, 7)), 2.0, periods=40)  # noqa: E731
     step_tables.cache_clear()
-    first, ladders = run(), step_tables(LIGHTNING, 0.1, TOLERANCE).ladders
+    first, ladders = run(), step_tables(LIGHTNING, 0.1, TOLERANCE, None).ladders
     assert ladders["shortest"][0] != 0  # they were needed
     np.testing.assert_array_equal(run(), first)
 
