@@ -38,7 +38,7 @@ class Tube:
     def __post_init__(self) -> None:
         check_fields(self)
         if self.inner >= self.outer:
-            raise refuse("Tube", "inner", self.inner, "m", f"< outer = {self.outer} m")
+            raise refuse("Tube", "inner", self.inner, "m", f"< outer = {self.outer}")
 
     @classmethod
     def of(cls, tube: Any) -> Tube:
@@ -92,7 +92,7 @@ class Mud:
     def drag(self, tube: Tube) -> float:
         """Torque of the mud on a tube for each rad/s at which it turns, N m s/rad. `ValueError` for one too thick."""
         if tube.outer >= self.hole:
-            raise refuse("Mud", "hole", self.hole, "m", f"> outer = {tube.outer} m of what turns in it")
+            raise refuse("Mud", "hole", self.hole, "m", f"> outer = {tube.outer}")
         outside, inside = self.hole**2, tube.outer**2
         return pi * self.viscosity * tube.length * outside * inside / (outside - inside)
 

@@ -81,9 +81,16 @@ def checked(where: str, name: str, value: Any, unit: str, allowed: Kind) -> Any:
         return allowed.read(value)
     except (ValueError, TypeError, OverflowError) as error:
         if str(error) and isinstance(error, ValueError) and not isinstance(allowed, _NUMERIC):
-            raise ValueError(f"{where}: {name}: {error}") from error
+            raise ValueError(_within(where, name, str(error))) from error
         text = isinstance(value, str) and not isinstance(allowed, _NUMERIC)
         raise refuse(where, name, repr(value) if text else value, unit, allowed) from error
+
+
+def _within(where: str, name: str, sentence: str) -> str:
+    """A sentence about what is in a field, with where that is, each said once."""
+    if sentence.startswith(f"{where}: {name} "):
+        return sentence
+    return f"{where}: {sentence}" if sentence.startswith(f"{name}: ") else f"{where}: {name}: {sentence}"
 
 
 def check_fields(instance: Any, where: str | None = None) -> None:

@@ -88,7 +88,7 @@ def test_the_string_of_2500_m_has_the_numbers_that_were_worked_out_for_it():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"pipe": (2300.0, 0.1, 0.2)}, "inner = 0.2 m is not allowed; allowed: < outer = 0.1 m"),
+        ({"pipe": (2300.0, 0.1, 0.2)}, "inner = 0.2 m is not allowed; allowed: < outer = 0.1 m$"),
         ({"pipe": (0.0, 0.127, 0.1)}, "length = 0.0 m"),
         ({"collars": (200.0,)}, "length, outer, inner"),
         ({"collars": 200.0}, "length, outer, inner"),

@@ -10,6 +10,7 @@ import pytest
 import agents
 import baselines
 import drillrig_env
+from drillrig_env import Fleet, Scenario, Tilt
 from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Choice, File, Made, Span, Switch, Text
 from drillrig_env.friction import Friction
 from drillrig_env.parameters import check_fields, checked, closest, default_of, describe, field_rows, parameter, refuse
@@ -70,7 +71,7 @@ def test_fields_are_kept_as_their_kind_reads_them():
         ({"force": -1}, ["force = -1 N", ">= 0 N"]),
         ({"force": 1j}, ["force = 1j is not a number"]),
         ({"force": [1.0, [2.0]]}, ["force = [1.0, [2.0]] is not a number"]),
-        ({"friction": {"mu": 1}}, ["Drilling: friction: friction: unknown key mu", "did you mean"]),
+        ({"friction": {"mu": 1}}, ["Drilling: friction: unknown key mu", "did you mean"]),
         ({"friction": 3}, ["friction = 3", "a dictionary of changes"]),
         ({"name": ""}, ["name", "a name"]),
         ({"folder": 3}, ["folder = 3", "a folder"]),
@@ -160,8 +161,9 @@ def documented_records():
     return found
 
 
-UNITS = ("", "kg m^2", "m", "N", "N m", "N m/rad", "N m s/rad", "N m/A", "V s/rad", "V/rad", "H", "ohm", "s", "s/rad",
-         "rad", "rad/s", "rad/s^2", "steps", "control steps", "rigs", "episodes", "threads", "px")  # fmt: skip
+UNITS = ("", "kg m^2", "m", "N", "N m", "N m/rad", "N m s/rad", "N m/A", "V s/rad", "V/rad", "H", "ohm", "V", "A",
+         "Pa s", "s", "s/rad", "rad", "rad/s", "rad/s^2", "steps", "control steps", "rigs", "episodes", "threads",
+         "px")  # fmt: skip
 
 
 @pytest.mark.parametrize("record", documented_records().values(), ids=lambda record: record.__name__)
@@ -175,3 +177,17 @@ def test_every_field_of_a_documented_record_has_meaning_unit_and_a_default_that_
         if default is not dataclasses.MISSING and default is not None:
             meta["allowed"].read(default)
         assert default is not None or meta["none"], f"{record.__name__}.{item.name}: what does None stand for?"
+
+
+@pytest.mark.parametrize(
+    ("make", "sentence"),
+    [
+        (lambda: Tilt(turns=65), "Tilt: turns = 65 is not allowed"),
+        (lambda: Scenario(tilt={"share": 2.0}), "Scenario: tilt: share = 2.0 is not allowed"),
+        (lambda: Scenario(wandering=3), "Scenario: wandering: wandering = 3 is not allowed"),
+        (lambda: Scenario(rigs=Fleet.around(spread={"string": 1e9})), "Fleet: spread: string = 1000000000.0 is not"),
+    ],
+)
+def test_what_is_wrong_within_a_field_is_named_once(make, sentence):
+    with pytest.raises(ValueError, match=f"^{sentence}"):
+        make()
