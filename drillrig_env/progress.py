@@ -39,17 +39,17 @@ class Progress:
         if self._bar is not None:
             self._bar.stop()
 
-    def show(self, part: str, done: int, of: int) -> None:
-        """Of the part of this name `done` steps of `of` are done."""
+    def show(self, part: str, done: int, of: int, note: str = "") -> None:
+        """Of the part of this name `done` steps of `of` are done; a `note` of how it goes stands behind it."""
         if part != self._part:
             self._part, self._begun = part, time.monotonic()
         if done == of:
             self._done += 1
         if self._bar is not None:
-            self._bar.update(self._task, description=f"{self.title}: {part}", completed=done, total=of)
+            self._bar.update(self._task, description=f"{self.title}: {part}{note}", completed=done, total=of)
         elif done == of:
             spent = time.monotonic() - self._begun
-            print(f"{self.title}: {part} done in {spent:.1f} s ({self._done} of {self.parts})", file=self._file)
+            print(f"{self.title}: {part} done in {spent:.1f} s ({self._done} of {self.parts}){note}", file=self._file)
             self._file.flush()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.fit import Best, fit
 from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.records import Record
-from drillrig_env.calibrate.spread import Spread, spread_of
+from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, spread_of
 from drillrig_env.calibrate.unknowns import OF_FRICTION, Unknowns
 from drillrig_env.calibrate.windows import Windows
 from drillrig_env.fleet import Fleet, is_stable_without_friction, with_gains_of
 from drillrig_env.friction import Friction, FrictionLike
-from drillrig_env.parameters import COUNT, checked
+from drillrig_env.parameters import COUNT, POSITIVE, checked, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import Scales
 
@@ -51,8 +51,14 @@ class Calibration:
 
     @property
     def friction(self) -> Friction:
-        """Its friction, at the normal force of the one that the fit began with."""
-        return self.unknowns.at(self.best.logs)[1]
+        """Its friction, at the `load`; without any, at the normal force of the one that the fit began with."""
+        friction = self.unknowns.at(self.best.logs)[1]
+        return replace(friction, normal_force=self.load) if self.load > 0.0 else friction
+
+    @property
+    def load(self) -> float:
+        """The largest normal force of the records, N."""
+        return float(max(one.forces.max() for one in self.best.problem.windows))
 
     def interval(self, name: str, share: float = 0.9) -> tuple[float, float]:
         """Between which values a parameter lies with a probability, by its name."""
@@ -117,34 +123,40 @@ def calibrate(
     `NotFiniteError` where the model runs away from every start.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
-    if not records:
-        raise ValueError("calibrate: no record is given; allowed: at least one")
     starts = checked("calibrate", "starts", starts, "", COUNT)
     unknowns = Unknowns.of(rig, friction, fix, weigh)
-    time = Scales.of(rig).time
-    length = WINDOW * time if window is None else window
-    windows = [Windows.of(one, max(one.sample_period, STEP * time), length) for one in records]
-    loaded = any(np.any(one.forces > 0.0) for one in windows)
-    if not loaded:  # nothing presses: friction cannot be seen
+    windows = _windows(records, rig, window)
+    count = sum(map(len, windows))
+    if count < LEAST_WINDOWS:
+        length = windows[0].period * windows[0].data.shape[1]
+        allowed = f">= {LEAST_WINDOWS}, here of {length:.3g} s; longer records, or shorter windows"
+        raise refuse("calibrate", "number of windows", count, "", allowed)
+    if not any(np.any(one.forces > 0.0) for one in windows):  # nothing presses: friction cannot be seen
+        weigh = {name: share for name, share in (weigh or {}).items() if name not in OF_FRICTION}
         unknowns = Unknowns.of(rig, friction, {**dict.fromkeys(OF_FRICTION), **(fix or {})}, weigh)
-    problem = Problem(windows, unknowns, [one.noise for one in windows])
-    best = fit(problem, starts, seed, told)
+    best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told)
     spread = spread_of(best)
     return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed)
 
 
 def information(
-    records: Sequence[Record], rig: RigLike = None, friction: FrictionLike = None, **known: Mapping[str, float | None]
+    records: Sequence[Record],
+    rig: RigLike = None,
+    friction: FrictionLike = None,
+    *,
+    fix: Mapping[str, float | None] | None = None,
+    weigh: Mapping[str, float] | None = None,
+    window: float | None = None,
 ) -> dict[str, float]:
     """What records can tell of each parameter before any fit: its relative standard deviation, by name.
 
-    It is the Fisher information at `rig` and `friction`, with the noise that the records show; `known` are `fix` and
-    `weigh` of `calibrate`. A parameter of which the records tell nothing has the 1.1 that it had beforehand.
+    It is the Fisher information at `rig` and `friction`, with the noise that the records show; `fix`, `weigh`
+    and `window` are those of `calibrate`. A parameter of which the records tell nothing has the 1.1 that it had
+    beforehand. Raises as `calibrate` does, but one window is enough.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
-    unknowns = Unknowns.of(rig, friction, **known)  # type: ignore[arg-type]
-    time = Scales.of(rig).time
-    windows = [Windows.of(one, max(one.sample_period, STEP * time), WINDOW * time) for one in records]
+    unknowns = Unknowns.of(rig, friction, fix, weigh)
+    windows = _windows(records, rig, window)
     problem = Problem(windows, unknowns, [one.noise for one in windows])
     logs = np.zeros(len(unknowns.names))
     problem.begin(logs)
@@ -154,3 +166,12 @@ def information(
         total = total + np.einsum("nij,nik->jk", J, J)
     deviations = np.sqrt(np.diag(np.linalg.inv(total)))
     return dict(zip(unknowns.names, deviations.tolist(), strict=True))
+
+
+def _windows(records: Sequence[Record], rig: Rig, window: float | None) -> list[Windows]:
+    """The windows of each record, of `window` s or by the rig's slowest period."""
+    if not records:
+        raise ValueError("calibrate: no record is given; allowed: at least one")
+    time = Scales.of(rig).time
+    length = WINDOW * time if window is None else checked("calibrate", "window", window, "s", POSITIVE)
+    return [Windows.of(one, max(one.sample_period, STEP * time), length) for one in records]

@@ -61,11 +61,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
             from drillrig_env.calibrate.result import check_free
 
             check_free(options.output, options.overwrite)
-        records = [_with_inputs(read_record(path, columns), options) for path in options.records]
+        records = [read_record(path, columns) for path in options.records]
         for one in records:
             print(f"{one.source}: {'; '.join(one.notes)}")
+        records = _with_inputs(records, options)
         if options.look:
-            told = information(records, options.rig, options.friction, **known)
+            told = information(records, options.rig, options.friction, window=options.window, **known)
             print(
                 table(["parameter", "relative standard deviation"], [[n, f"{100 * s:.1f} %"] for n, s in told.items()])
             )
@@ -79,6 +80,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
 
 def _fit(records: list[Record], options: argparse.Namespace, known: dict[str, Any]) -> Calibration:
     with Progress("calibrate", 1) as progress:
+        progress.show("starts", 0, options.starts)
         return calibrate(
             records,
             options.rig,
@@ -86,7 +88,7 @@ def _fit(records: list[Record], options: argparse.Namespace, known: dict[str, An
             starts=options.starts,
             seed=options.seed,
             window=options.window,
-            told=lambda done, cost: progress.show(f"best cost {cost:.4g}", done, options.starts),
+            told=lambda done, cost: progress.show("starts", done, options.starts, f", best cost {cost:.4g}"),
             **known,
         )
 
@@ -94,13 +96,15 @@ def _fit(records: list[Record], options: argparse.Namespace, known: dict[str, An
 def _report(found: Calibration, options: argparse.Namespace, line: str) -> None:
     """Print what is known, and write the folder where one is asked for."""
     from drillrig_env.calibrate.meaning import meanings
+    from drillrig_env.calibrate.misfit import misfit_words, misfits
     from drillrig_env.calibrate.result import HEADINGS, meaning_words, parameter_rows, write_result
 
     print(table(HEADINGS, parameter_rows(found)))
-    force = float(max(one.forces.max() for one in found.best.problem.windows))
-    means = meanings(found, force) if force > 0.0 else []
+    means = meanings(found, found.load) if found.load > 0.0 else []
     for one in means:
-        print(f"at N_1 = {force:.4g} N: {meaning_words(one)}")
+        print(f"at N_1 = {found.load:.4g} N: {meaning_words(one)}")
+    for line_of_misfit in misfit_words(misfits(found)):
+        print(line_of_misfit)
     if options.output is None:
         return
     from drillrig_env.calibrate.pictures import draw_intervals, draw_record
@@ -111,14 +115,23 @@ def _report(found: Calibration, options: argparse.Namespace, line: str) -> None:
     print(f"written: {options.output.resolve()}")
 
 
-def _with_inputs(record: Record, options: argparse.Namespace) -> Record:
-    """The record with the inputs that the command line gives."""
-    given: dict[str, Any] = {}
+def _with_inputs(records: list[Record], options: argparse.Namespace) -> list[Record]:
+    """The records, and where they have no column of an input, the one that the command line gives.
+
+    `ValueError` where every record has a column of what is given.
+    """
     for name in ("speed_reference", "normal_force"):
-        if (schedule := getattr(options, name)) is not None:
-            times, values = np.array(schedule).T
-            given[name] = values[np.clip(np.searchsorted(times, record.time + 1e-9, side="right") - 1, 0, None)]
-    return replace(record, **given)
+        if (schedule := getattr(options, name)) is None:
+            continue
+        if all(getattr(one, name) is not None for one in records):
+            told = f"--{name.replace('_', '-')} is given, but every record has a column of it"
+            raise ValueError(f"{told}; leave it out, or the column by --map COLUMN=none")
+        times, values = np.array(schedule).T
+        for k, one in enumerate(records):
+            if getattr(one, name) is None:
+                held = values[np.clip(np.searchsorted(times, one.time + 1e-9, side="right") - 1, 0, None)]
+                records[k] = replace(one, **{name: held})
+    return records
 
 
 def _fixed(text: str) -> tuple[str, float | None]:
@@ -135,12 +148,9 @@ def _weighed(text: str) -> tuple[str, float]:
 
 def _number(text: str, value: str) -> float:
     try:
-        number = float(value)
+        return float(value)
     except ValueError:
-        raise ValueError(f"{text!r} is not allowed; allowed: NAME=NUMBER, the number > 0") from None
-    if not POSITIVE.holds(number):
-        raise ValueError(f"{text!r} is not allowed; allowed: NAME=NUMBER, the number > 0")
-    return number
+        raise ValueError(f"{text!r} is not allowed; allowed: NAME=NUMBER") from None
 
 
 if __name__ == "__main__":

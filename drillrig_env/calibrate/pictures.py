@@ -6,9 +6,9 @@ import numpy as np
 
 from drillrig_env.calibrate.calibration import BY_RECORDS, Calibration
 from drillrig_env.calibrate.projection import run_windows
+from drillrig_env.calibrate.windows import UNITS
 from drillrig_env.plots.style import BLUE, DARK, GREY, TIME, VERMILLION, Picture, look, new_figure
 
-_UNITS = {"current": "A", "voltage": "V", "torque_into_string": "N m"}
 _SHOWN = 6
 """Windows of a record that are shown."""
 
@@ -30,7 +30,7 @@ def draw_record(calibration: Calibration, number: int) -> Picture:
             for k in range(count):
                 part = slice(k * steps, (k + 1) * steps)
                 axes.plot(time[part], model[k], color=VERMILLION, lw=1.0, label="model" if k == 0 else None)
-            axes.set_ylabel(f"{name.replace('_', ' ')},\n{_UNITS.get(name, 'rad/s')}")
+            axes.set_ylabel(f"{name.replace('_', ' ')},\n{UNITS[name]}")
         panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=2)
         panels[-1].set_xlabel(TIME)
         panels[-1].set_xlim(0.0, time[-1])

@@ -1,7 +1,7 @@
 """The folder of a calibration: rig and friction as files, how well they are known, joint draws, and a page.
 
     rig.toml, friction.toml    what fits best, read by `Rig.from_toml` and `Friction.from_toml`
-    calibration.json           intervals, what was fixed, the records and their hashes, seed, versions, command
+    calibration.json           intervals, misfits, the load, the records and their hashes, seed, versions, command
     draws.npz                  64 joint draws: `names`, and `values` of shape (64, names)
     index.html, *.png          measured beside model, what is known how well, what it means
 
@@ -15,6 +15,7 @@ import os
 import secrets
 import shutil
 from collections.abc import Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -22,16 +23,35 @@ import numpy as np
 
 from drillrig_env.calibrate.calibration import Calibration
 from drillrig_env.calibrate.meaning import Meaning
+from drillrig_env.calibrate.misfit import misfit_words, misfits
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.files import check_writable, json_text, write_text
 from drillrig_env.plots.style import Picture
 
+_FILES = ("rig.toml", "friction.toml", "calibration.json", "draws.npz", "index.html", "intervals.png")
+
 
 def check_free(folder: Path, overwrite: bool) -> None:
-    """Raise `OSError` where a result cannot be written there, and where one is there that may not be overwritten."""
+    """Raise `OSError` where a result cannot be written there, and where one is there that may not be overwritten.
+
+    With `overwrite` only a result is: a folder with anything else in it stays.
+    """
     if folder.exists() and not overwrite:
         raise FileExistsError(f"{folder} is there already; choose another --output, or give --overwrite")
-    check_writable(folder.parent)
+    if folder.exists():
+        others = (
+            [path.name for path in folder.iterdir() if not _of_a_result(path)] if folder.is_dir() else [folder.name]
+        )
+        if others:
+            raise FileExistsError(
+                f"{folder} holds {min(others)}, which is no part of a result; choose another --output"
+            )
+    check_writable(folder.resolve().parent)
+
+
+def _of_a_result(path: Path) -> bool:
+    """Whether a file has the name of one that a result has."""
+    return path.is_file() and (path.name in _FILES or fnmatch(path.name, "record_*.png"))
 
 
 def write_result(
@@ -44,6 +64,7 @@ def write_result(
 ) -> None:
     """Write the folder; `command` is the line that made it, `pictures` are by the name of their file."""
     check_free(folder, overwrite)
+    folder = folder.resolve()
     new = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
     new.mkdir(parents=True)
     try:
@@ -57,7 +78,11 @@ def write_result(
         if folder.exists():
             old = new.with_name(f"{new.name}.old")
             os.replace(folder, old)
-            os.replace(new, folder)
+            try:
+                os.replace(new, folder)
+            except OSError:
+                os.replace(old, folder)
+                raise
             shutil.rmtree(old)
         else:
             os.replace(new, folder)
@@ -75,7 +100,9 @@ def summary(calibration: Calibration, means: Sequence[Meaning], command: str) ->
             for name, value, low, high, told in calibration.rows()
         },
         "probability": 0.9,
+        "load": calibration.load,
         "means": {one.name: {"value": one.value, "low": one.low, "high": one.high} for one in means},
+        "misfits": [vars(one) for one in misfits(calibration)],
         "cost": best.cost,
         "costs": best.costs.tolist(),
         "windows": calibration.spread.windows,
@@ -124,7 +151,9 @@ def _write_page(
     notes = "".join(
         f"<li>{html.escape(one.source)}: {html.escape('; '.join(one.notes))}</li>" for one in calibration.records
     )
-    told = "".join(f"<li>{html.escape(meaning_words(one))}</li>" for one in means)
+    load = f"at N_1 = {calibration.load:.4g} N: "
+    words = [*(load + meaning_words(one) for one in means), *misfit_words(misfits(calibration))]
+    told = "".join(f"<li>{html.escape(one)}</li>" for one in words)
     write_text(
         folder / "index.html",
         _PAGE.format(table=table, figures="\n".join(figures), told=told, notes=notes, command=html.escape(command)),

@@ -15,9 +15,10 @@ from scipy.stats import t as student
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.fit import Best, weights_of
-from drillrig_env.parameters import refuse
 
-_LEAST_WINDOWS = 4
+LEAST_WINDOWS = 4
+"""So many windows must be there, or how far they disagree cannot be told."""
+
 _FEW = 2
 """With fewer windows than so many times the parameters, deviations are at least those of least squares."""
 
@@ -54,7 +55,7 @@ class Spread:
 
 
 def spread_of(best: Best) -> Spread:
-    """The spread of the parameters of a fit. Raises `ValueError` for fewer than 4 windows in all."""
+    """The spread of the parameters of a fit to at least `LEAST_WINDOWS` windows."""
     beforehand = best.problem.unknowns.deviations
     scores, curvatures = [], []
     for J, r in zip(best.derivatives, best.residuals, strict=True):
@@ -63,9 +64,6 @@ def spread_of(best: Best) -> Spread:
         curvatures.append(np.einsum("nij,ni,nik->njk", J, weight, J))
     score, curvature = np.concatenate(scores), np.concatenate(curvatures)
     n = len(score)
-    if n < _LEAST_WINDOWS:
-        allowed = f">= {_LEAST_WINDOWS}; longer records, or shorter windows"
-        raise refuse("calibrate", "number of windows", n, "", allowed)
     total = curvature.sum(axis=0) + np.diag(beforehand**-2)
     pulls = np.linalg.solve(total, (score - score.mean(axis=0)).T).T
     wider = student.ppf(0.95, n - 1) / norm.ppf(0.95)

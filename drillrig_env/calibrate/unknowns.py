@@ -10,7 +10,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
-from drillrig_env.parameters import closest
+from drillrig_env.parameters import closest, refuse
 from drillrig_env.rig import Rig
 
 OF_FRICTION = ("mu_k", "mu_s - mu_k", "v_b")
@@ -43,19 +43,30 @@ class Unknowns:
         """The unknowns of a rig: all that are above 0 but those to `fix`, at a value or where they are.
 
         `weigh` has the relative standard deviation of what has been measured by itself, such as a weighed disc.
-        Raises `ValueError` for a name that is not one of a parameter.
+        Raises `ValueError` for a name that is not one of a parameter, a parameter that is fixed and weighed, one that
+        is weighed and 0, a share that is none, and where nothing is left to look for.
         """
         fix, weigh = dict(fix or {}), dict(weigh or {})
         known = (*OF_RIGS, *OF_FRICTION)
         for name in (*fix, *weigh):
             if name not in known:
                 raise ValueError(f"calibrate: unknown parameter {name!r}; {closest(name, known)}")
+        for name, share in weigh.items():
+            if name in fix:
+                raise ValueError(f"calibrate: {name} is fixed and weighed; allowed: one of them")
+            if not 0.0 < share < 1.0:
+                raise refuse("calibrate", f"weigh {name}", share, "", "> 0 and < 1, such as 0.02 for 2 %")
         rig = replace(rig, **{name: value for name, value in fix.items() if value is not None and name in OF_RIGS})
         friction = friction.single()
         start = _values(rig, friction)
         start.update({name: value for name, value in fix.items() if value is not None and name in OF_FRICTION})
         friction = _friction(friction, start)
         names = tuple(name for name in known if name not in fix and start[name] > 0.0)
+        for name in weigh:
+            if name not in names:
+                raise ValueError(f"calibrate: {name} is weighed, but 0 in the rig that the fit begins with")
+        if not names:
+            raise ValueError("calibrate: every parameter is fixed or 0; allowed: at least one to look for")
         return cls(rig, friction, names, np.array([weigh.get(name, WIDE) for name in names]))
 
     def values(self, logs: FloatArray) -> dict[str, float]:
@@ -71,7 +82,7 @@ class Unknowns:
 
 
 def _values(rig: Rig, friction: Friction) -> dict[str, float]:
-    _, mu_s, mu_k, v_b = friction.as_array()[0]
+    _, mu_s, mu_k, v_b = friction.as_array()[0].tolist()
     return {name: getattr(rig, name) for name in OF_RIGS} | {"mu_k": mu_k, "mu_s - mu_k": mu_s - mu_k, "v_b": v_b}
 
 

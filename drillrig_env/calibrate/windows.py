@@ -7,15 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
-from drillrig_env.calibrate.records import Record
+from drillrig_env.calibrate.records import SPEEDS, Record
 from drillrig_env.model import STATE_NAMES, torque_into_string
 from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig
 
 CHANNELS = ("bit_speed", "collar_speed", "top_speed", "current", "voltage", "torque_into_string")
 _OF_STATE = {name: STATE_NAMES.index(name) for name in CHANNELS if name in STATE_NAMES}
+UNITS = {**dict.fromkeys(SPEEDS, "rad/s"), "current": "A", "voltage": "V", "torque_into_string": "N m"}
+"""Of the channels."""
+
 _FAR = 2.5
 """Samples more than so many usual distances apart have a gap between them."""
+
+_NOISY = {"speed_reference": 0.05, "normal_force": 2.0}
+"""How far below 0 noise may take an input, as a share of its maximum: of the force, all there is without load."""
 
 _LEAST_STEPS = 20
 """Steps of the shortest window."""
@@ -39,29 +45,28 @@ class Windows:
         """Cut a record into windows of `length` s with steps of `period` s; what is left over at the end is left out.
 
         Between two samples that are close a line counts; samples in between are passed over: means of them would be
-        late where currents are fast. Raises `ValueError` for a record without speed reference or normal force, or too
-        short for one window.
+        late where currents are fast. A signal without any sample is left out, and what noise takes inputs below 0 is 0.
+        Raises `ValueError` for a record without speed reference, normal force or signal, or too short for one window.
         """
-        for name in ("speed_reference", "normal_force"):
-            if getattr(record, name) is None:
-                raise ValueError(f"{record.source}: the {name} is missing; give its column, or its value")
+        references = _input(record, "speed_reference", "rad/s")
+        loads = _input(record, "normal_force", "N")
         steps = max(_LEAST_STEPS, round(length / period))
         span = float(record.time[-1])
         count = int((span / period + 1e-9) // steps)
         if count < 1:
             raise refuse(record.source, "length of the record", span, "s", f">= {steps * period:g} for one window")
-        names = tuple(name for name in CHANNELS if name in record.signals)
+        names = tuple(name for name in CHANNELS if np.isfinite(record.signals.get(name, np.nan)).any())
+        if not names:
+            raise ValueError(f"{record.source}: no signal has a sample; allowed: at least one of {', '.join(CHANNELS)}")
         total = count * steps
         times = period * np.arange(total + 1, dtype=float)
         table = np.stack([_at(times, record.time, record.signals[name]) for name in names], axis=-1)
-        assert record.speed_reference is not None
-        assert record.normal_force is not None
         held = np.clip(np.searchsorted(record.time, times + 0.5 * period) - 1, 0, None)
         return cls(
             period,
-            record.speed_reference[held[:-1]].reshape(count, steps),
-            record.speed_reference[held[1:]].reshape(count, steps),
-            record.normal_force[held[:-1]].reshape(count, steps),
+            references[held[:-1]].reshape(count, steps),
+            references[held[1:]].reshape(count, steps),
+            loads[held[:-1]].reshape(count, steps),
             table[1:].reshape(count, steps, len(names)),
             names,
             np.array([_noise(table[:, i]) for i in range(len(names))]),
@@ -82,6 +87,19 @@ class Windows:
             else:
                 columns.append(torque_into_string(rig, states))
         return np.stack(columns, axis=-1)
+
+
+def _input(record: Record, name: str, unit: str) -> FloatArray:
+    """The speed reference or normal force of a record, not below 0. `ValueError` where it is missing or negative."""
+    values = getattr(record, name)
+    if values is None:
+        raise ValueError(f"{record.source}: the {name} is missing; give its column, or its value")
+    if not np.isfinite(values).all():
+        raise refuse(record.source, name, float(values[np.argmin(np.isfinite(values))]), unit, "finite throughout")
+    if -values.min() > _NOISY[name] * values.max():
+        allowed = f">= 0 {unit}; a minus before its unit turns a column round"
+        raise refuse(record.source, name, float(values.min()), unit, allowed)
+    return np.asarray(np.maximum(values, 0.0))
 
 
 def _at(times: FloatArray, sampled: FloatArray, values: FloatArray) -> FloatArray:
