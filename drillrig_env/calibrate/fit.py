@@ -44,13 +44,14 @@ def fit(problem: Problem, starts: int, seed: int, told: Callable[[int, float], N
 
     `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
     for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
-    away from every start. Ctrl-C ends the starts, and the last fits go on with the best so far.
+    away from every start. Ctrl-C ends the starts, and the last fit goes on with the best so far; another one ends that.
     """
     drawn = np.random.default_rng(seed).uniform(-_SPREAD, _SPREAD, (starts, len(problem.unknowns.names)))
     narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
     drawn[0] = 0.0
     found: list[tuple[float, FloatArray]] = []
     failed: Exception | None = None
+    kept = _KEPT
     try:
         for k, logs in enumerate(drawn * narrow):
             try:
@@ -63,16 +64,17 @@ def fit(problem: Problem, starts: int, seed: int, told: Callable[[int, float], N
     except KeyboardInterrupt:
         if not found:
             raise
+        kept = 1
     if not found:
         raise NotFiniteError(str(failed))
     found.sort(key=lambda one: one[0])
     problem.begin(found[0][1])
     problem.noise = _noise_left(problem, problem.residuals(found[0][1]))
-    last = [_solve(problem, logs, _LAST) for _, logs in found[:_KEPT]]
+    last = [_solve(problem, logs, _LAST) for _, logs in found[:kept]]
     best = min(last, key=lambda one: one.cost)
     problem.begin(best.x)
     residuals = problem.residuals(best.x)
-    costs = np.array(sorted([one.cost for one in last] + [cost for cost, _ in found[_KEPT:]]))
+    costs = np.array(sorted([one.cost for one in last] + [cost for cost, _ in found[kept:]]))
     return Best(problem, best.x, float(best.cost), costs, residuals, problem.derivatives(best.x))
 
 

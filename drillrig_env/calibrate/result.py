@@ -86,9 +86,10 @@ def write_result(
             shutil.rmtree(old)
         else:
             os.replace(new, folder)
-    except BaseException:
+    except OSError as error:  # a full disk names no file
+        raise type(error)(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from error
+    finally:
         shutil.rmtree(new, ignore_errors=True)
-        raise
 
 
 def summary(calibration: Calibration, means: Sequence[Meaning], command: str) -> dict[str, Any]:

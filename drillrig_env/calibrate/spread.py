@@ -19,8 +19,9 @@ from drillrig_env.calibrate.fit import Best, weights_of
 LEAST_WINDOWS = 4
 """So many windows must be there, or how far they disagree cannot be told."""
 
-_FEW = 2
-"""With fewer windows than so many times the parameters, deviations are at least those of least squares."""
+_FEW, _FEWEST = 2, 20
+"""With fewer windows than so many times the parameters, or than so many, deviations are at least those of least
+squares."""
 
 _KNOWN = 0.5
 """A parameter whose deviation is below this share of what it was beforehand is determined by the records."""
@@ -69,7 +70,7 @@ def spread_of(best: Best) -> Spread:
     wider = student.ppf(0.95, n - 1) / norm.ppf(0.95)
     covariance = n / (n - 1) * wider**2 * pulls.T @ pulls
     inverse = np.linalg.inv(total)
-    if n < _FEW * len(total):  # so few cannot tell how far they disagree
+    if n < max(_FEW * len(total), _FEWEST):  # so few cannot tell how far they disagree
         inflated = np.maximum(1.0, np.sqrt(np.diag(covariance) / np.diag(inverse)))
         covariance = inverse * np.outer(inflated, inflated)
     known = np.sqrt(np.diag(inverse))

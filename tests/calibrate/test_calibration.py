@@ -8,6 +8,7 @@ import pytest
 
 from drillrig_env import Friction, Rig, simulate
 from drillrig_env.calibrate import command
+from drillrig_env.calibrate import fit as module
 from drillrig_env.calibrate.calibration import BY_RECORDS, calibrate, information
 from drillrig_env.calibrate.fit import fit
 from drillrig_env.calibrate.meaning import Meaning, meanings
@@ -156,7 +157,7 @@ def test_records_tell_beforehand_what_they_can_tell():
         assert both[name] <= min(unloaded[name], sticking[name]) * 1.001
 
 
-def test_ctrl_c_goes_on_with_the_best_so_far():
+def test_ctrl_c_goes_on_with_the_best_so_far(monkeypatch):
     seen = []
 
     def told(done, cost):
@@ -164,9 +165,14 @@ def test_ctrl_c_goes_on_with_the_best_so_far():
         if done == 2:
             raise KeyboardInterrupt
 
+    last = []
+    solve = module._solve
+    monkeypatch.setattr(module, "_solve", lambda *given: last.append(given) or solve(*given))
     best = fit(problem_of(STICKING), 5, 0, told)
     assert [done for done, _ in seen] == [1, 2]
     assert best.cost <= seen[-1][1] * 1.5
+    assert len(best.costs) == 2
+    assert len(last) == 3  # a last fit of the best one only
 
 
 def test_ctrl_c_before_anything_is_found_ends_it():
@@ -251,5 +257,13 @@ def test_the_command_looks_before_it_fits(tmp_path, capsys):
 def test_a_result_is_written_whole_or_not_at_all(calibrated, tmp_path, monkeypatch):
     monkeypatch.setattr("drillrig_env.calibrate.result._write_page", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
+        write_result(tmp_path / "out", calibrated, [], {}, "line")
+    assert list(tmp_path.iterdir()) == []
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("drillrig_env.calibrate.result._write_page", full)
+    with pytest.raises(OSError, match="out cannot be written: no space left on device"):
         write_result(tmp_path / "out", calibrated, [], {}, "line")
     assert list(tmp_path.iterdir()) == []
