@@ -4,11 +4,12 @@
   drillrig calibrate run.csv --speed-reference 2.0 --normal-force 0:0 10:20 --look
   drillrig simulate --rig my_rig/rig.toml --friction my_rig/friction.toml --speed-reference 2
 
-Speed reference and normal force are columns of the records, or given here for all of them. Speeds alone leave one
-common scale of all torques open: fix or weigh one disc (--fix J_1=0.0288, --weigh J_1=0.02), or log current and voltage
-too. Three kinds of record together tell most: steps of the speed without load, a slow sweep of it under load, and some
-20 s of stick-slip. --look says what the records can tell before any fit. The folder has rig.toml and friction.toml,
-intervals, joint draws and a page, index.html. Ctrl-C ends the search for better starts; the best so far goes on.
+Speed reference and normal force are columns of the records, or given here for those without. Speeds, currents and
+voltages leave one common scale of all torques open: fix or weigh one disc (--fix J_1=0.0288, --weigh J_1=0.02) or K_T,
+or log the torque into the string. Three kinds of record together tell most: steps of the speed without load, a slow
+sweep of it under load, and some 20 s of stick-slip. --look says what the records can tell before any fit. The folder
+has rig.toml and friction.toml, intervals, joint draws and a page, index.html. Ctrl-C ends the search for better starts;
+the best so far goes on.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     add("--map", metavar="COLUMN=QUANTITY[:UNIT]", nargs="+", default=[], help='such as "Bit_Speed=bit_speed:rpm"')
     add_rig_argument(parser)
     add_friction_argument(parser)
-    add_schedule_argument(parser, "--speed-reference", "rad/s", "of all records, where it is no column")
+    add_schedule_argument(parser, "--speed-reference", "rad/s", "of records without a column of it")
     add_schedule_argument(parser, "--normal-force", "N", "the same")
     add("--fix", metavar="NAME[=VALUE]", nargs="+", default=[], help="parameters that are known")
     add("--weigh", metavar="NAME=SHARE", nargs="+", default=[], help="known within a relative standard deviation")

@@ -15,6 +15,7 @@ from scipy.stats import t as student
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.fit import Best, weights_of
+from drillrig_env.calibrate.unknowns import WIDE
 
 LEAST_WINDOWS = 4
 """So many windows must be there, or how far they disagree cannot be told."""
@@ -23,8 +24,10 @@ _FEW, _FEWEST = 2, 20
 """With fewer windows than so many times the parameters, or than so many, deviations are at least those of least
 squares."""
 
-_KNOWN = 0.5
-"""A parameter whose deviation is below this share of what it was beforehand is determined by the records."""
+_KNOWN, _LOOSE = 0.5, 10.0
+"""A parameter whose deviation is below this share of what it was beforehand is determined by the records, if it still
+is where nothing but what was weighed is known so many times worse: else many that the records tell the ratios of only
+would be known by where the fit began."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,18 +73,22 @@ def spread_of(best: Best) -> Spread:
     wider = student.ppf(0.95, n - 1) / norm.ppf(0.95)
     covariance = n / (n - 1) * wider**2 * pulls.T @ pulls
     inverse = np.linalg.inv(total)
+    covariance = covariance + inverse @ np.diag(beforehand**-2) @ inverse  # what was known beforehand is news too
     if n < max(_FEW * len(total), _FEWEST):  # so few cannot tell how far they disagree
         inflated = np.maximum(1.0, np.sqrt(np.diag(covariance) / np.diag(inverse)))
         covariance = inverse * np.outer(inflated, inflated)
     known = np.sqrt(np.diag(inverse))
-    determined = np.maximum(known, np.sqrt(np.diag(covariance))) < _KNOWN * beforehand
-    return Spread(_with_beforehand(covariance, determined, beforehand), determined, n)
+    seen = np.maximum(known, np.sqrt(np.diag(covariance))) < _KNOWN * beforehand
+    loose = np.where(beforehand < WIDE, beforehand, _LOOSE * beforehand)
+    alone = np.sqrt(np.diag(np.linalg.inv(curvature.sum(axis=0) + np.diag(loose**-2))))
+    determined = np.logical_and(seen, alone < _KNOWN * beforehand)
+    return Spread(_with_beforehand(covariance, seen, beforehand), determined, n)
 
 
-def _with_beforehand(covariance: FloatArray, determined: FloatArray, beforehand: FloatArray) -> FloatArray:
-    """A covariance in which what the records do not determine is as uncertain as it was."""
+def _with_beforehand(covariance: FloatArray, seen: FloatArray, beforehand: FloatArray) -> FloatArray:
+    """A covariance in which what the records do not tell is as uncertain as it was."""
     found = covariance.copy()
-    for k in np.flatnonzero(np.logical_not(determined)):
+    for k in np.flatnonzero(np.logical_not(seen)):
         found[k, :] = found[:, k] = 0.0
         found[k, k] = beforehand[k] ** 2
     return found

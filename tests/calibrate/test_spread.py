@@ -1,0 +1,49 @@
+"""How well a fit knows its parameters: on residuals whose derivatives are chosen, so that what they tell is known."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from drillrig_env.calibrate.spread import spread_of
+from drillrig_env.calibrate.unknowns import WIDE
+
+NAMES, SAMPLES = 8, 40
+
+
+def best_of(windows, beforehand, seed=0, ratios_only=True):
+    """A fit that is at its minimum, of residuals that are white, and by ratios of the parameters only."""
+    random = np.random.default_rng(seed)
+    derivatives = random.standard_normal((windows, SAMPLES, len(beforehand)))
+    if ratios_only:
+        derivatives -= derivatives.mean(axis=2, keepdims=True)
+    unknowns = SimpleNamespace(deviations=np.asarray(beforehand))
+    residuals = random.standard_normal((windows, SAMPLES))
+    problem = SimpleNamespace(unknowns=unknowns)
+    return SimpleNamespace(problem=problem, derivatives=[derivatives], residuals=[residuals])
+
+
+@pytest.mark.parametrize("windows", [6, 60])
+def test_a_common_scale_that_nothing_tells_stays_open(windows):
+    spread = spread_of(best_of(windows, [WIDE] * NAMES))
+    assert not spread.determined.any()
+    common = np.full(NAMES, NAMES**-0.5)
+    assert common @ spread.covariance @ common == pytest.approx(WIDE**2, rel=0.05)
+    ratio = np.eye(NAMES)[0] - np.eye(NAMES)[1]
+    assert ratio @ spread.covariance @ ratio < 0.2**2
+
+
+@pytest.mark.parametrize("windows", [6, 60])
+def test_one_weighed_disc_closes_it(windows):
+    spread = spread_of(best_of(windows, [0.02] + [WIDE] * (NAMES - 1)))
+    assert spread.determined.tolist() == [False] + [True] * (NAMES - 1)  # the disc is as it was weighed
+    assert spread.deviations.max() < 0.2
+
+
+def test_few_windows_do_not_claim_more_than_least_squares():
+    white = 1.0 / np.sqrt(6 * SAMPLES)
+    for seed in range(20):
+        spread = spread_of(best_of(6, [WIDE] * 2, seed, ratios_only=False))
+        assert spread.deviations.min() > 0.8 * white
+    many = [spread_of(best_of(200, [WIDE] * NAMES, seed, ratios_only=False)).deviations for seed in range(5)]
+    np.testing.assert_allclose(np.mean(many), 1.0 / np.sqrt(200 * SAMPLES), rtol=0.2)
