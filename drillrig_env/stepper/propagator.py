@@ -20,8 +20,9 @@ from drillrig_env.friction.law import zone_of
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.stepper.caution import caution_for
 from drillrig_env.stepper.collocation import evaluate, solve_nodes, take_step
+from drillrig_env.stepper.edges import way_out
 from drillrig_env.stepper.ladder import DEPTH, RUNGS, SAMPLED_RUNGS, SAMPLES, UNITS, rows_of, table_of
-from drillrig_env.stepper.switching import enter, step_across, to_own_mode, way_out
+from drillrig_env.stepper.switching import enter, step_across, to_own_mode
 from drillrig_env.stepper.turning import begin_turning
 
 _SAMPLE_UNITS = UNITS // SAMPLES
