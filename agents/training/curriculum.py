@@ -17,7 +17,7 @@ from drillrig_env.toml import record_of
 
 
 def _scenarios(given: Any) -> tuple[Any, ...]:
-    if isinstance(given, str | Mapping) or not isinstance(given, Sequence) or not given:
+    if isinstance(given, str | Mapping) or not isinstance(given, Sequence):
         raise ValueError(f"{given!r} is not allowed; allowed: a list of scenarios, from easy to hard")
     for scenario in given:
         Scenario.named(scenario)
@@ -41,8 +41,11 @@ class Stages:
 
     @classmethod
     def of(cls, given: Any) -> Stages:
-        """Stages from their fields. `ValueError` for an unknown one, with the closest known name."""
-        return record_of(cls, "curriculum", given)
+        """Stages from their fields. `ValueError` for an unknown one, with the closest known name, and for no stages."""
+        stages = record_of(cls, "curriculum", given)
+        if not stages.scenarios:
+            raise ValueError("curriculum: scenarios: [] is not allowed; allowed: a list of scenarios, from easy to hard")
+        return stages
 
 
 class Curriculum(BaseCallback):
