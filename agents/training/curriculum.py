@@ -44,7 +44,7 @@ class Stages:
         """Stages from their fields. `ValueError` for an unknown one, with the closest known name, and for no stages."""
         stages = record_of(cls, "curriculum", given)
         if not stages.scenarios:
-            raise ValueError("curriculum: scenarios: [] is not allowed; allowed: a list of scenarios, from easy to hard")
+            raise ValueError("curriculum: scenarios: [] is not allowed; allowed: a list of scenarios, easy ones first")
         return stages
 
 
