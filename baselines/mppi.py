@@ -143,7 +143,7 @@ class MPPI(CountedLaw):
         rigs["mean"], rigs["variance"] = seen["bit_speed_mean"], seen["bit_speed_deviation"] ** 2
         for name in self.privileged:
             rigs[name] = privileged[name]
-        rigs["load_times"] = np.inf
+        rigs["load_times"] = rigs["target_time"] = np.inf
         return rigs
 
     def _brought_up_to_date(self, rigs: np.ndarray, past: FloatArray, late: np.ndarray) -> np.ndarray:

@@ -54,7 +54,8 @@ def state_equations(
     on disc 1 (N m), from (4-7) or (4-9) at x_3. `drive` takes the place of the rig's own.
     """
     x_1, x_2, x_3, x_4, x_5, x_6, x_7 = x
-    p, T_r2 = rig, rig.T_r2 * min(max(x_4 / rig.omega_s, -1.0), 1.0)
+    p = rig
+    T_r2 = 0.0 if p.T_r2 == 0.0 else p.T_r2 * min(max(x_4 / p.omega_s, -1.0), 1.0)
     if drive is None:
         u, wound = p.k_p * (omega_ref - x_5) + p.k_i * x_7, 0.0
     else:

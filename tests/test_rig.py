@@ -7,7 +7,8 @@ from gymnasium.envs.registration import EnvSpec
 
 from baselines import Constant
 from drillrig_env import Friction, Rig, simulate, simulate_batch
-from drillrig_env.calibrate.measured import Measurement, reproduce
+from drillrig_env.calibrate.measured import reproduce
+from drillrig_env.calibrate.records import Record
 from drillrig_env.stability import critical_speed, fold_speed, stick_slip_orbit
 
 
@@ -141,7 +142,7 @@ def test_a_rig_of_ones_own_is_taken_everywhere(given, tmp_path):
     assert critical_speed(value, {"normal_force": 20.0}) == critical_speed(rig, Friction(20.0))
     assert fold_speed(value, None) == fold_speed(rig, Friction())
     assert stick_slip_orbit(value, None, 1.5).period == stick_slip_orbit(rig, Friction(), 1.5).period
-    measurement = Measurement(np.linspace(0.0, 1.0, 5), {"bit_speed": np.zeros(5)})
+    measurement = Record("run.csv", "", np.linspace(0.0, 1.0, 5), {"bit_speed": np.zeros(5)})
     mine, same = (reproduce(measurement, r, speed_reference=2.0)["bit_speed"] for r in (value, rig))
     assert mine.tolist() == same.tolist()
 

@@ -26,7 +26,6 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.quantities import BY_NAME
-from drillrig_env.jit.compiled import NOT_COMPILED, is_compilable, reason_of
 from drillrig_env.modules import found_in, is_place
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.stepper.finite import NotFiniteError
@@ -69,6 +68,8 @@ class RewardTerms:
         object.__setattr__(self, "names", tuple(names))
         if not isinstance(self.compiled, bool):
             raise refuse("RewardTerms", "compiled", repr(self.compiled), "", "True or False")
+        from drillrig_env.jit.compiled import is_compilable  # a default reward needs no compiler
+
         if not (is_compilable(self.function) if self.compiled else callable(self.function)):
             allowed = "a function of what an episode says; with compiled=False whatever can be called"
             raise refuse("RewardTerms", "function", repr(self.function), "", allowed)
@@ -175,6 +176,7 @@ def _machine_code(terms: RewardTerms) -> Any:
     import numba
 
     from drillrig_env.env.episode import EPISODE
+    from drillrig_env.jit.compiled import NOT_COMPILED, reason_of
 
     compiler: Any = numba  # whose types say little of what it makes
     types = compiler.types

@@ -78,6 +78,8 @@ class Suite:
         if self.scenario.target_step == 0.0:
             idle += ["target_step", "target_time"]
         scenario = {name: value for name, value in scenario.items() if name not in idle}
+        if "rigs" in scenario and not scenario["rigs"]["friction"]:
+            del scenario["rigs"]["friction"]
         verdict = {} if self.calm_index == CALM_INDEX else {"calm_index": self.calm_index}
         return {
             "description": self.description,
