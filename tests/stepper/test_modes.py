@@ -64,6 +64,7 @@ def test_the_chapters_way_sees_the_same_law():
     np.testing.assert_allclose(fast.state[:, 2:5], plain.state[:, 2:5], atol=3e-5)
 
 
+@pytest.mark.slow
 def test_so_are_rigs_of_all_kinds():
     rng = np.random.default_rng(3)
     for case in draw(12, seed=5):
