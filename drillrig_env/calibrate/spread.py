@@ -22,7 +22,7 @@ LEAST_WINDOWS = 4
 
 _FEW, _FEWEST = 2, 20
 """With fewer windows than so many times the parameters, or than so many, deviations are at least those of least
-squares."""
+squares, wider by what so few windows leave uncertain."""
 
 _KNOWN, _LOOSE = 0.5, 10.0
 """A parameter whose deviation is below this share of what it was beforehand is determined by the records, if it still
@@ -75,7 +75,7 @@ def spread_of(best: Best) -> Spread:
     inverse = np.linalg.inv(total)
     covariance = covariance + inverse @ np.diag(beforehand**-2) @ inverse  # what was known beforehand is news too
     if n < max(_FEW * len(total), _FEWEST):  # so few cannot tell how far they disagree
-        inflated = np.maximum(1.0, np.sqrt(np.diag(covariance) / np.diag(inverse)))
+        inflated = np.maximum(wider, np.sqrt(np.diag(covariance) / np.diag(inverse)))
         covariance = inverse * np.outer(inflated, inflated)
     known = np.sqrt(np.diag(inverse))
     seen = np.maximum(known, np.sqrt(np.diag(covariance))) < _KNOWN * beforehand

@@ -28,7 +28,7 @@ def test_a_common_scale_that_nothing_tells_stays_open(windows):
     spread = spread_of(best_of(windows, [WIDE] * NAMES))
     assert not spread.determined.any()
     common = np.full(NAMES, NAMES**-0.5)
-    assert common @ spread.covariance @ common == pytest.approx(WIDE**2, rel=0.05)
+    assert 0.95 < common @ spread.covariance @ common / WIDE**2 < 1.6  # what was known beforehand; few make it wider
     ratio = np.eye(NAMES)[0] - np.eye(NAMES)[1]
     assert ratio @ spread.covariance @ ratio < 0.2**2
 
@@ -44,6 +44,6 @@ def test_few_windows_do_not_claim_more_than_least_squares():
     white = 1.0 / np.sqrt(6 * SAMPLES)
     for seed in range(20):
         spread = spread_of(best_of(6, [WIDE] * 2, seed, ratios_only=False))
-        assert spread.deviations.min() > 0.8 * white
+        assert spread.deviations.min() > white
     many = [spread_of(best_of(200, [WIDE] * NAMES, seed, ratios_only=False)).deviations for seed in range(5)]
     np.testing.assert_allclose(np.mean(many), 1.0 / np.sqrt(200 * SAMPLES), rtol=0.2)
