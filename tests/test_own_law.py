@@ -140,6 +140,15 @@ def test_law_of_a_file_is_kept_by_its_name(level, tmp_path):
     assert Friction(12.0, law=level).torque(RIG, 3.0) == pytest.approx(0.5 * friction.torque(RIG, 3.0))
 
 
+def test_written_law_is_found_from_any_folder(level, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    friction = Friction(12.0, law=level.removeprefix(f"{tmp_path}/"))
+    friction.to_toml("friction.toml")
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path / "other")
+    assert Friction.from_toml("../friction.toml").law == friction.law
+
+
 def test_law_that_no_name_leads_to_is_not_written(tmp_path):
     with pytest.raises(ValueError, match=r"law = bump is not allowed; allowed: in a file, a law of one"):
         Friction(law=BUMP).to_toml(tmp_path / "friction.toml")

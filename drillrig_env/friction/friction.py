@@ -23,7 +23,7 @@ that is kept. The lines of all other laws lead to their value at omega_s, withou
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -184,13 +184,13 @@ class Friction:
         return read_section(path, "friction", cls)
 
     def to_toml(self, path: str | Path) -> None:
-        """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged.
+        """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged, from any folder.
 
         Raises `ValueError` for a `Law` that was not read from a file, which no name leads back to.
         """
         if not isinstance(self.law, str) and not self.law.source:
             raise refuse("Friction", "law", self.law.name, "", 'in a file, a law of one: Law.from_file("file.py:name")')
-        write_section(self, path, "friction")
+        write_section(self if isinstance(self.law, str) else replace(self, law=self.law.placed()), path, "friction")
 
 
 FrictionLike: TypeAlias = Friction | Mapping[str, Any] | str | Path | None

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numba
@@ -81,6 +82,11 @@ class Law:
     def from_file(cls, source: str) -> Law:
         """The law that a Python file holds under a name: "file.py:name". `ValueError` where there is none."""
         return replace(found_in(source, cls, "law"), source=source)
+
+    def placed(self) -> Law:
+        """The law with the whole path of its file as `source`, which holds in any folder."""
+        file, _, name = self.source.rpartition(":")
+        return replace(self, source=f"{Path(file).absolute()}:{name}")
 
     def __call__(self, speed: float, mu_s: float, mu_k: float, v_b: float) -> tuple[float, float, float]:
         """Coefficient, slope (s/rad) and curvature at a speed (rad/s)."""
