@@ -79,17 +79,29 @@ def fit(problem: Problem, starts: int, seed: int, told: Callable[[int, float], N
 
 
 def _solve(problem: Problem, logs: FloatArray, steps: int) -> OptimizeResult:
-    """One fit from one start, of at most so many steps."""
+    """One fit from one start, of at most so many steps.
+
+    Each step begins with the windows' starts at the best parameters so far: those of a step that was too far may lie in
+    another cycle, from where no shorter step finds back.
+    """
     problem.begin(logs)
     known = 1.0 / problem.unknowns.deviations
+    least, kept = np.inf, problem.starts
 
     def residuals(x: FloatArray) -> FloatArray:
+        nonlocal least, kept
+        problem.starts = list(kept)
         try:
-            return np.concatenate([*(one.ravel() for one in problem.residuals(x)), known * x])
+            found = np.concatenate([*(one.ravel() for one in problem.residuals(x)), known * x])
         except NotFiniteError:
             return np.full(size, _HOPELESS)
+        cost = float(np.sum(np.sqrt(1.0 + (found / _SOFT) ** 2)))
+        if cost < least:
+            least, kept = cost, list(problem.starts)
+        return found
 
     def derivatives(x: FloatArray) -> FloatArray:
+        problem.starts = list(kept)
         problem.residuals(x)
         return np.concatenate([*(one.reshape(-1, len(x)) for one in problem.derivatives(x)), np.diag(known)])
 

@@ -136,6 +136,15 @@ def test_a_fit_finds_the_rig_of_a_twin(calibrated):
     np.testing.assert_allclose(spread, calibrated.spread.deviations, rtol=0.35)
 
 
+def test_a_step_too_far_does_not_end_a_fit():
+    record = twin(2.0, 20.0, 40.0).since(10.0)  # begins amid a cycle, which its bit's speed alone tells badly
+    record = replace(record, signals={"bit_speed": record.signals["bit_speed"]})
+    fixed = FIXED | dict.fromkeys(("K_T", "mu_k"))
+    found = calibrate([record], None, Friction(10.0, 0.45, 0.306), fix=fixed, starts=1)
+    for name, value in (("J_2", 0.0149), ("k_2", 0.3659), ("mu_s - mu_k", 0.194), ("v_b", 1.0)):
+        assert found.unknowns.values(found.best.logs)[name] == pytest.approx(value, rel=0.05)
+
+
 def test_a_fit_comes_out_the_same_again():
     fits = [calibrate([STICKING], None, Friction(10.0), fix=FIXED, starts=2, seed=3) for _ in range(2)]
     np.testing.assert_array_equal(fits[0].best.logs, fits[1].best.logs)
