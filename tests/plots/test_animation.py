@@ -50,7 +50,7 @@ def test_a_rig_of_ones_own_is_filmed():
     first = next(iter(frames(Film(every=50))))
     own = next(iter(frames(Film(every=50, rig={"k_1": 0.5}))))
     assert np.any(first != own)
-    with pytest.raises(ValueError, match=r"Film: rig: rig: unknown key K_1 = 0\.5; did you mean"):
+    with pytest.raises(ValueError, match=r"Film: rig: unknown key K_1 = 0\.5; did you mean"):
         Film(rig={"K_1": 0.5})
 
 
