@@ -9,6 +9,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.fit import Best, fit
+from drillrig_env.calibrate.held_out import HELD_OUT, SHARE, split
 from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.records import Record
 from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, spread_of
@@ -38,6 +39,7 @@ class Calibration:
     spread: Spread
     draws: FloatArray  # (DRAWS, names): logarithms of the parameters, joint
     seed: int
+    held: tuple[Windows, ...] = ()  # of each record those that the fit has not seen
 
     @property
     def unknowns(self) -> Unknowns:
@@ -108,6 +110,7 @@ def calibrate(
     starts: int = STARTS,
     seed: int = 0,
     window: float | None = None,
+    held_out: float = HELD_OUT,
     told: Callable[[int, float], None] | None = None,
 ) -> Calibration:
     """Fit a rig and its friction to records of it, each with speed reference and normal force.
@@ -116,8 +119,9 @@ def calibrate(
     parameters at a value, or with None where they are; `weigh` has the relative standard deviation of what has been
     measured by itself, such as {"J_1": 0.02}. Speeds, currents and voltages leave one common scale of all torques open,
     which one weighed disc, K_T, or the torque into the string closes. `window` (s) is the length of the pieces that a
-    record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. `told` hears how many
-    starts are done and the best cost so far.
+    record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. The share `held_out` of each
+    record's windows is not fitted, and tells afterwards how good the fit is. `told` hears how many starts are done and
+    the best cost so far.
 
     Raises `ValueError` for a record without inputs or too short, an unknown parameter, and for fewer than 4 windows;
     `NotFiniteError` where the model runs away from every start.
@@ -131,12 +135,13 @@ def calibrate(
         length = windows[0].period * windows[0].data.shape[1]
         allowed = f">= {LEAST_WINDOWS}, here of {length:.3g} s; longer records, or shorter windows"
         raise refuse("calibrate", "number of windows", count, "", allowed)
+    windows, held = split(windows, checked("calibrate", "held_out", held_out, "", SHARE))
     if not any(np.any(one.forces > 0.0) for one in windows):  # nothing presses: friction cannot be seen
         weigh = {name: share for name, share in (weigh or {}).items() if name not in OF_FRICTION}
         unknowns = Unknowns.of(rig, friction, {**dict.fromkeys(OF_FRICTION), **(fix or {})}, weigh)
     best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told)
     spread = spread_of(best)
-    return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed)
+    return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed, tuple(held))
 
 
 def information(

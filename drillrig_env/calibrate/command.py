@@ -26,6 +26,7 @@ import numpy as np
 
 from drillrig_env.allowed import COUNT, POSITIVE, Allowed
 from drillrig_env.calibrate.calibration import STARTS, Calibration, calibrate, information
+from drillrig_env.calibrate.held_out import HELD_OUT, SHARE
 from drillrig_env.calibrate.records import Record, parse_map, read_record
 from drillrig_env.command_line import Parser, command
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
@@ -48,6 +49,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     add("--fix", metavar="NAME[=VALUE]", nargs="+", default=[], help="parameters that are known")
     add("--weigh", metavar="NAME=SHARE", nargs="+", default=[], help="known within a relative standard deviation")
     add("--window", type=of_kind(POSITIVE, "s"), metavar="S", help="length of a piece with a start of its own (by rig)")
+    add(
+        "--held-out",
+        type=of_kind(SHARE),
+        default=HELD_OUT,
+        metavar="SHARE",
+        help=f"of each record's windows, not fitted but judged by (default: {HELD_OUT:g})",
+    )
     add("--starts", type=of_kind(COUNT), default=STARTS, help=f"places that the fit begins from (default: {STARTS})")
     add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of these places and of the draws (default: 0)")
     add("--look", action="store_true", help="say what the records can tell, and fit nothing")
@@ -89,6 +97,7 @@ def _fit(records: list[Record], options: argparse.Namespace, known: dict[str, An
             starts=options.starts,
             seed=options.seed,
             window=options.window,
+            held_out=options.held_out,
             told=lambda done, cost: progress.show("starts", done, options.starts, f", best cost {cost:.4g}"),
             **known,
         )

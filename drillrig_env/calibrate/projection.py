@@ -49,7 +49,7 @@ class Problem:
     def begin(self, logs: FloatArray) -> None:
         """Find where every window begins anew, for the parameters at some logarithms."""
         rig, friction = self.unknowns.at(logs)
-        self.starts = [starts_of(one, rig, friction, _contacts(one, rig, friction)) for one in self.windows]
+        self.starts = [_led(one, rig, friction) for one in self.windows]
         self.expected = [starts.copy() for starts in self.starts]
 
     def residuals(self, logs: FloatArray) -> list[FloatArray]:
@@ -123,6 +123,13 @@ class Problem:
         found[:, :size] = ((there - here) / _STEP).transpose(1, 2, 0)
         found[:, size:] = np.eye(7)
         return found
+
+
+def _led(windows: Windows, rig: Rig, friction: Friction) -> FloatArray:
+    """Where the model, led along the whole record, is at the beginning of each window; (n, 7)."""
+    whole = windows if windows.whole is None else windows.whole
+    starts = starts_of(whole, rig, friction, _contacts(whole, rig, friction))
+    return starts if windows.places is None else starts[windows.places]
 
 
 def _contacts(windows: Windows, rig: Rig, friction: Friction) -> np.ndarray:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.records import SPEEDS, Record
@@ -39,6 +40,8 @@ class Windows:
     names: tuple[str, ...]  # of the channels
     noise: FloatArray  # (channels,): standard deviation of what is measured
     before: FloatArray  # (n, channels): measured at the beginning of each window
+    whole: Windows | None = None  # all of the record, where these are some of them
+    places: npt.NDArray[np.int64] | None = None  # (n,): where they are among those
 
     @classmethod
     def of(cls, record: Record, period: float, length: float) -> Windows:
@@ -75,6 +78,19 @@ class Windows:
 
     def __len__(self) -> int:
         return len(self.data)
+
+    def take(self, places: npt.NDArray[np.int64]) -> Windows:
+        """Those at some places, shape (n,), ascending; they keep the `whole` that a model is led along to them."""
+        return replace(
+            self,
+            references=self.references[places],
+            asked=self.asked[places],
+            forces=self.forces[places],
+            data=self.data[places],
+            before=self.before[places],
+            whole=self if self.whole is None else self.whole,
+            places=places if self.places is None else self.places[places],
+        )
 
     def shown(self, rig: Rig, states: FloatArray) -> FloatArray:
         """What the channels show of states of shape (..., m, 7) in these windows, the last axis theirs."""
