@@ -119,9 +119,9 @@ def calibrate(
     parameters at a value, or with None where they are; `weigh` has the relative standard deviation of what has been
     measured by itself, such as {"J_1": 0.02}. Speeds, currents and voltages leave one common scale of all torques open,
     which one weighed disc, K_T, or the torque into the string closes. `window` (s) is the length of the pieces that a
-    record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. The share `held_out` of each
-    record's windows is not fitted, and tells afterwards how good the fit is. `told` hears how many starts are done and
-    the best cost so far.
+    record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. The share `held_out`
+    of each record's windows is not fitted, and tells afterwards how good the fit is. `told` hears how many starts are
+    done and the best cost so far.
 
     Raises `ValueError` for a record without inputs or too short, an unknown parameter, and for fewer than 4 windows;
     `NotFiniteError` where the model runs away from every start.

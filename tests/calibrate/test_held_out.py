@@ -60,7 +60,7 @@ def test_starts_are_those_of_the_whole_record(windows):
 
 
 def test_a_fit_does_not_see_them():
-    fixed = {name: None for name in FIXED | dict.fromkeys(("K_T", "mu_k", "mu_s - mu_k", "v_b"))}
+    fixed = FIXED | dict.fromkeys(("K_T", "mu_k", "mu_s - mu_k", "v_b"))
     found = calibrate([STICKING], None, Friction(10.0), fix=fixed, starts=1)
     (held,) = found.held
     (fitted,) = found.best.problem.windows
