@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, fields
+from pathlib import Path
 from typing import Any
 
 from drillrig_env.allowed import Kind, Made, Switch
@@ -14,17 +15,17 @@ from drillrig_env.parameters import default_of
 def add_rig_argument(parser: argparse._ActionsContainer) -> None:
     """Add `--rig FILE`: the option `rig` is the rig that the file describes, None without the flag.
 
-    `drillrig info --write FILE` writes a file to begin from. A file that cannot be read or holds what is not allowed
-    is a bad argument.
+    `drillrig info --write FILE` writes a file to begin from. The folder of a calibration will do in place of a file:
+    the option `calibration` is then its path, and where the command takes `--friction` and is given none, that is
+    the folder's. What cannot be read or holds what is not allowed is a bad argument.
     """
-    from drillrig_env.rig import Rig
-
+    parser.set_defaults(calibration=None)
     parser.add_argument(
         "--rig",
-        type=_reader(Rig.of),
+        action=_TakeRig,
         metavar="FILE",
-        help="a rig of your own, a TOML file with the table [rig], or a name: laboratory, field_2500m "
-        "(default: the chapter's; `drillrig info --write FILE` writes one to begin from)",
+        help="a rig of your own, a TOML file with the table [rig], the folder of a calibration, or a name: laboratory, "
+        "field_2500m (default: the chapter's; `drillrig info --write FILE` writes one to begin from)",
     )
 
 
@@ -103,6 +104,28 @@ def add_fields(
 def given_fields(options: argparse.Namespace, record: type) -> dict[str, Any]:
     """The fields of a record that the command line gives, by name."""
     return {item.name: getattr(options, item.name) for item in fields(record) if hasattr(options, item.name)}
+
+
+class _TakeRig(argparse.Action):
+    """Read a rig, and from the folder of a calibration the friction too."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option_string: Any = None
+    ) -> None:
+        from drillrig_env.friction import Friction
+        from drillrig_env.rig import RIGS, Rig
+
+        if namespace.calibration is not None:  # whose friction may be taken already
+            raise argparse.ArgumentError(self, "given twice; allowed: one folder of a calibration")
+        try:
+            namespace.rig = Rig.of(values)
+            if values in RIGS or not Path(values).is_dir():
+                return
+            namespace.calibration = Path(values)
+            if "friction" in namespace and namespace.friction is None:
+                namespace.friction = Friction.of(values)
+        except (ValueError, OSError) as error:
+            raise argparse.ArgumentError(self, str(error)) from None
 
 
 def _reader(read: Callable[[str], Any]) -> Callable[[str], Any]:

@@ -93,8 +93,9 @@ class Rig:
         >>> Rig.of({"k_p": 1.5}) == Rig(k_p=1.5)
         True
 
-        A name is one of `preset`; a file is the path of a TOML file as `from_toml` reads it. Raises `ValueError` for
-        what is none of these, for an unknown name (with the closest known one) and for a value that is not allowed.
+        A name is one of `preset`; a file is the path of a TOML file as `from_toml` reads it, or of a folder with
+        `rig.toml` in it, such as that of a calibration. Raises `ValueError` for what is none of these, for an unknown
+        name (with the closest known one) and for a value that is not allowed.
         """
         if isinstance(rig, str) and (rig in RIGS or not (Path(rig).suffix or Path(rig).exists())):
             return cls.preset(rig)

@@ -7,7 +7,8 @@ import pytest
 
 from drillrig_env.allowed import COUNT, POSITIVE, Allowed, Choice, Made, Span, Switch
 from drillrig_env.command_line import Parser
-from drillrig_env.flags import add_fields, add_rig_argument, given_fields, of_kind, step
+from drillrig_env.flags import add_fields, add_friction_argument, add_rig_argument, given_fields, of_kind, step
+from drillrig_env.friction import Friction
 from drillrig_env.parameters import check_fields, parameter
 from drillrig_env.rig import Rig
 
@@ -102,3 +103,40 @@ def test_no_command_has_a_number_that_is_not_of_a_kind():
         files += (root / package).rglob("*.py")
     wrong = [str(path) for path in files if re.search(r"(?<!d)type=(int|float)\b", path.read_text(encoding="utf-8"))]
     assert not wrong
+
+
+def test_the_folder_of_a_calibration_gives_its_friction_too(tmp_path):
+    made = Parser(prog="drillrig try")
+    add_rig_argument(made)
+    add_friction_argument(made)
+    folder = tmp_path / "my_rig"
+    folder.mkdir()
+    Rig(k_1=0.9).to_toml(folder / "rig.toml")
+    Friction(24.0, 0.4, 0.3).to_toml(folder / "friction.toml")
+    Friction(5.0).to_toml(tmp_path / "other.toml")
+    found = made.parse_args(["--rig", str(folder)])
+    assert (found.rig, found.friction.normal_force, found.calibration) == (Rig(k_1=0.9), 24.0, folder)
+    other = ["--friction", str(tmp_path / "other.toml")]
+    for words in ([*other, "--rig", str(folder)], ["--rig", str(folder), *other]):
+        found = made.parse_args(words)
+        assert (found.friction.normal_force, found.calibration) == (5.0, folder)
+    found = made.parse_args(["--rig", str(folder / "rig.toml")])
+    assert (found.rig, found.friction, found.calibration) == (Rig(k_1=0.9), None, None)
+
+
+def test_a_folder_without_a_friction_is_no_rig_of_a_calibration(tmp_path, capsys):
+    made = Parser(prog="drillrig try")
+    add_rig_argument(made)
+    add_friction_argument(made)
+    folder = ["--rig", str(tmp_path)]
+
+    def refused(words):
+        with pytest.raises(SystemExit):
+            made.parse_args(words)
+        return capsys.readouterr().err
+
+    assert "argument --rig: rig: there is no file" in refused(folder)
+    Rig().to_toml(tmp_path / "rig.toml")
+    assert "argument --rig: friction: there is no file" in refused(folder)
+    Friction().to_toml(tmp_path / "friction.toml")
+    assert "argument --rig: given twice; allowed: one folder" in refused([*folder, *folder])

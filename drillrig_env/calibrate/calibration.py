@@ -10,12 +10,13 @@ import numpy as np
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.fit import Best, fit
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE, split
+from drillrig_env.calibrate.posterior import fleet_of
 from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.records import Record
 from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, spread_of
 from drillrig_env.calibrate.unknowns import OF_FRICTION, Unknowns
 from drillrig_env.calibrate.windows import Windows
-from drillrig_env.fleet import Fleet, is_stable_without_friction, with_gains_of
+from drillrig_env.fleet import Fleet
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import COUNT, POSITIVE, checked, refuse
 from drillrig_env.rig import Rig, RigLike
@@ -77,18 +78,12 @@ class Calibration:
         """The joint draws as rigs of a fleet, for `Scenario(rigs=...)` with the best `friction`; or a `part` of them.
 
         The drive's gains are settings: in an environment they are those of its nominal rig, which is to be `rig`. Draws
-        whose drive does not turn steadily are left out.
+        whose drive does not turn steadily are left out; `ValueError` where none does. `TRAINING` and `JUDGED` of
+        `drillrig_env.calibrate.posterior` are the two halves.
         """
-        names = self.unknowns.names
-        best = np.array([self.unknowns.values(self.best.logs)[name] for name in names])
-        rigs, factors = [], []
-        for logs in self.draws[part]:
-            rig = with_gains_of(self.unknowns.at(logs)[0], self.rig)
-            if is_stable_without_friction(rig):
-                found = dict(zip(names, np.array(list(self.unknowns.values(logs).values())) / best, strict=True))
-                rigs.append(rig)
-                factors.append(tuple(found.get(name, 1.0) for name in OF_FRICTION))
-        return Fleet(rigs=tuple(rigs), friction=tuple(factors))
+        unknowns = self.unknowns
+        values = np.array([list(unknowns.values(logs).values()) for logs in self.draws[part]])
+        return fleet_of(self.rig, self.friction, unknowns.names, values)
 
     def rows(self) -> list[tuple[str, float, float, float, str]]:
         """A row for each parameter that was looked for: name, value, 90 % interval, and how it is known."""

@@ -2,7 +2,7 @@
 
   drillrig calibrate noload.csv sweep.csv stick_slip.csv --fix J_1=0.0288 --output my_rig
   drillrig calibrate run.csv --speed-reference 2.0 --normal-force 0:0 10:20 --look
-  drillrig simulate --rig my_rig/rig.toml --friction my_rig/friction.toml --speed-reference 2
+  drillrig simulate --rig my_rig --speed-reference 2
 
 Speed reference and normal force are columns of the records, or given here for those without. Speeds, currents and
 voltages leave one common scale of all torques open: fix or weigh one disc (--fix J_1=0.0288, --weigh J_1=0.02) or K_T,

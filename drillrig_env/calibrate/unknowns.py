@@ -58,7 +58,7 @@ class Unknowns:
                 raise refuse("calibrate", f"weigh {name}", share, "", "> 0 and < 1, such as 0.02 for 2 %")
         rig = replace(rig, **{name: value for name, value in fix.items() if value is not None and name in OF_RIGS})
         friction = friction.single()
-        start = _values(rig, friction)
+        start = values_of(rig, friction)
         start.update({name: value for name, value in fix.items() if value is not None and name in OF_FRICTION})
         friction = _friction(friction, start)
         names = tuple(name for name in known if name not in fix and start[name] > 0.0)
@@ -71,17 +71,18 @@ class Unknowns:
 
     def values(self, logs: FloatArray) -> dict[str, float]:
         """The parameters by name at some logarithms, shape (names,)."""
-        start = _values(self.rig, self.friction)
+        start = values_of(self.rig, self.friction)
         return {name: start[name] * float(np.exp(step)) for name, step in zip(self.names, logs, strict=True)}
 
     def at(self, logs: FloatArray) -> tuple[Rig, Friction]:
         """The rig and its friction at some logarithms, shape (names,)."""
-        values = {**_values(self.rig, self.friction), **self.values(logs)}
+        values = {**values_of(self.rig, self.friction), **self.values(logs)}
         rig = replace(self.rig, **{name: values[name] for name in OF_RIGS})
         return rig, _friction(self.friction, values)
 
 
-def _values(rig: Rig, friction: Friction) -> dict[str, float]:
+def values_of(rig: Rig, friction: Friction) -> dict[str, float]:
+    """Every parameter of a rig and its friction that a fit may look for, by name."""
     _, mu_s, mu_k, v_b = friction.as_array()[0].tolist()
     return {name: getattr(rig, name) for name in OF_RIGS} | {"mu_k": mu_k, "mu_s - mu_k": mu_s - mu_k, "v_b": v_b}
 

@@ -174,7 +174,7 @@ class Friction:
     def of(cls, friction: FrictionLike) -> Friction:
         """A friction as functions take it: None, a `Friction`, a dictionary of changes to the default, or a file.
 
-        Raises as `Rig.of` does.
+        A file may stand for the folder with `friction.toml` in it. Raises as `Rig.of` does.
         """
         return record_of(cls, "friction", friction)
 
