@@ -10,12 +10,15 @@ import numpy as np
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.fit import Best, fit
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE, split
+from drillrig_env.calibrate.kept import Kept
 from drillrig_env.calibrate.posterior import fleet_of
 from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.records import Record
+from drillrig_env.calibrate.search import Search
 from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, spread_of
 from drillrig_env.calibrate.unknowns import OF_FRICTION, Unknowns
 from drillrig_env.calibrate.windows import Windows
+from drillrig_env.calibrate.workers import Workers
 from drillrig_env.fleet import Fleet
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import COUNT, POSITIVE, checked, refuse
@@ -107,6 +110,8 @@ def calibrate(
     window: float | None = None,
     held_out: float = HELD_OUT,
     told: Callable[[int, float], None] | None = None,
+    jobs: int = 1,
+    kept: Kept | None = None,
 ) -> Calibration:
     """Fit a rig and its friction to records of it, each with speed reference and normal force.
 
@@ -116,13 +121,16 @@ def calibrate(
     which one weighed disc, K_T, or the torque into the string closes. `window` (s) is the length of the pieces that a
     record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. The share `held_out`
     of each record's windows is not fitted, and tells afterwards how good the fit is. `told` hears how many starts are
-    done and the best cost so far.
+    done and the best cost so far. `jobs` processes do the starts, with the same result to the last bit as one; a script
+    with more than one is to call this below `if __name__ == "__main__"`. `kept` keeps the starts that are done in its
+    file, and has those of a search that was stopped.
 
     Raises `ValueError` for a record without inputs or too short, an unknown parameter, and for fewer than 4 windows;
     `NotFiniteError` where the model runs away from every start.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     starts = checked("calibrate", "starts", starts, "", COUNT)
+    jobs = checked("calibrate", "jobs", jobs, "", COUNT)
     unknowns = Unknowns.of(rig, friction, fix, weigh)
     windows = _windows(records, rig, window)
     count = sum(map(len, windows))
@@ -134,7 +142,9 @@ def calibrate(
     if not any(np.any(one.forces > 0.0) for one in windows):  # nothing presses: friction cannot be seen
         weigh = {name: share for name, share in (weigh or {}).items() if name not in OF_FRICTION}
         unknowns = Unknowns.of(rig, friction, {**dict.fromkeys(OF_FRICTION), **(fix or {})}, weigh)
-    best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told)
+    with Workers(jobs) as workers:
+        search = Search(workers, kept)
+        best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told, search)
     spread = spread_of(best)
     return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed, tuple(held))
 

@@ -9,7 +9,8 @@ voltages leave one common scale of all torques open: fix or weigh one disc (--fi
 or log the torque into the string. Three kinds of record together tell most: steps of the speed without load, a slow
 sweep of it under load, and some 20 s of stick-slip. --look says what the records can tell before any fit. The folder
 has rig.toml and friction.toml, intervals, joint draws and a page, index.html. Ctrl-C ends the search for better starts;
-the best so far goes on.
+the best so far goes on. With --output, starts that are done are kept beside the folder until all are, and --resume goes
+on with them, whatever stopped the search, to the same result.
 """
 
 from __future__ import annotations
@@ -27,12 +28,18 @@ import numpy as np
 from drillrig_env.allowed import COUNT, POSITIVE, Allowed
 from drillrig_env.calibrate.calibration import STARTS, Calibration, calibrate, information
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE
+from drillrig_env.calibrate.kept import Kept
 from drillrig_env.calibrate.records import Record, parse_map, read_record
 from drillrig_env.command_line import Parser, command
+from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
+from drillrig_env.jit.threads import available_threads
 from drillrig_env.markdown import table
 from drillrig_env.progress import Progress
 from drillrig_env.stepper.finite import NotFiniteError
+
+_NOT_OF_A_SEARCH = ("jobs", "look", "output", "overwrite", "resume")
+"""Options that change nothing in what a fit finds."""
 
 
 @command
@@ -58,9 +65,11 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     )
     add("--starts", type=of_kind(COUNT), default=STARTS, help=f"places that the fit begins from (default: {STARTS})")
     add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of these places and of the draws (default: 0)")
+    add("--jobs", type=of_kind(COUNT), metavar="N", help="processes that share the starts (default: the cores)")
     add("--look", action="store_true", help="say what the records can tell, and fit nothing")
     add("--output", metavar="DIR", type=Path, help="folder for the result")
     add("--overwrite", action="store_true", help="in place of one that is there")
+    add("--resume", action="store_true", help="go on with a search that was stopped, given the same arguments")
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = parser.parse_args(words)
     try:
@@ -70,6 +79,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
             from drillrig_env.calibrate.result import check_free
 
             check_free(options.output, options.overwrite)
+        elif options.resume:
+            raise ValueError("--resume is given without --output, beside which a search is kept; give both")
         records = [read_record(path, columns) for path in options.records]
         for one in records:
             print(f"{one.source}: {'; '.join(one.notes)}")
@@ -80,27 +91,57 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
                 table(["parameter", "relative standard deviation"], [[n, f"{100 * s:.1f} %"] for n, s in told.items()])
             )
             return 0
-        found = _fit(records, options, known)
-        _report(found, options, f"{prog} {shlex.join(words)}")
+        line = f"{prog} {shlex.join(words)}"
+        kept = _kept(records, options)
+        found = _fit(records, options, known, kept, line)
+        _report(found, options, line)
+        if kept is not None and not found.best.stopped:
+            kept.remove()
     except (ValueError, ImportError, OSError, NotFiniteError) as error:
         parser.error(str(error))
     return 0
 
 
-def _fit(records: list[Record], options: argparse.Namespace, known: dict[str, Any]) -> Calibration:
-    with Progress("calibrate", 1) as progress:
-        progress.show("starts", 0, options.starts)
-        return calibrate(
-            records,
-            options.rig,
-            options.friction,
-            starts=options.starts,
-            seed=options.seed,
-            window=options.window,
-            held_out=options.held_out,
-            told=lambda done, cost: progress.show("starts", done, options.starts, f", best cost {cost:.4g}"),
-            **known,
-        )
+def _kept(records: list[Record], options: argparse.Namespace) -> Kept | None:
+    """Where starts that are done are kept; None without a folder for the result."""
+    if options.output is None:
+        return None
+    folder = options.output.resolve()
+    of: dict[str, Any] = {name: str(value) for name, value in vars(options).items() if name not in _NOT_OF_A_SEARCH}
+    of |= {"digests of the records": [one.digest for one in records], "versions": provenance()["versions"]}
+    return Kept(folder.with_name(f"{folder.name}.search.json"), of, options.resume, options.overwrite)
+
+
+def _fit(
+    records: list[Record], options: argparse.Namespace, known: dict[str, Any], kept: Kept | None, line: str
+) -> Calibration:
+    """The fit, with a bar of how far it is. What is kept of one that Ctrl-C ends is told."""
+    on = f"to go on: {line.removesuffix(' --resume')} --resume"
+    try:
+        with Progress("calibrate", 1) as progress:
+            progress.show("starts", 0, options.starts)
+            found = calibrate(
+                records,
+                options.rig,
+                options.friction,
+                starts=options.starts,
+                seed=options.seed,
+                window=options.window,
+                held_out=options.held_out,
+                told=lambda done, cost: progress.show("starts", done, options.starts, f", best cost {cost:.4g}"),
+                jobs=options.jobs or available_threads(),
+                kept=kept,
+                **known,
+            )
+    except KeyboardInterrupt as stop:
+        if kept is not None and len(kept):
+            stop.add_note(f"{len(kept)} fits are kept; {on}")
+        raise
+    if found.best.stopped:
+        print(f"stopped by Ctrl-C after {found.best.starts} of {options.starts} starts; this is the best of them")
+        if kept is not None:
+            print(f"{on} --overwrite")
+    return found
 
 
 def _report(found: Calibration, options: argparse.Namespace, line: str) -> None:

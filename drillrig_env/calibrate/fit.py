@@ -9,7 +9,9 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.calibrate.kept import Ended
 from drillrig_env.calibrate.projection import Problem
+from drillrig_env.calibrate.search import Search
 from drillrig_env.stepper.finite import NotFiniteError
 
 _FARTHEST = np.log(30.0)
@@ -37,45 +39,63 @@ class Best:
     costs: FloatArray  # of all starts, ascending
     residuals: list[FloatArray]
     derivatives: list[FloatArray]
+    starts: int = 1  # that were done
+    stopped: bool = False  # by Ctrl-C before all were
 
 
-def fit(problem: Problem, starts: int, seed: int, told: Callable[[int, float], None] | None = None) -> Best:
+def fit(
+    problem: Problem,
+    starts: int,
+    seed: int,
+    told: Callable[[int, float], None] | None = None,
+    search: Search | None = None,
+) -> Best:
     """Fit from `starts` starts, the first at the unknowns' own values, the others drawn by `seed`.
 
     `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
     for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
     away from every start. Ctrl-C ends the starts, and the last fit goes on with the best so far; another one ends that.
+    `search` has the processes that do it and keeps what is done; by default it is this process, and nothing is kept.
     """
+    search = search or Search()
     drawn = np.random.default_rng(seed).uniform(-_SPREAD, _SPREAD, (starts, len(problem.unknowns.names)))
     narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
     drawn[0] = 0.0
-    found: list[tuple[float, FloatArray]] = []
-    failed: Exception | None = None
-    kept = _KEPT
+    done: list[tuple[int, Ended]] = []
+    stopped = False
     try:
-        for k, logs in enumerate(drawn * narrow):
-            try:
-                result = _solve(problem, logs, _FIRST)
-                found.append((float(result.cost), result.x))
-            except NotFiniteError as error:
-                failed = error
+        for one in search.each(_ended, problem, _FIRST, list(drawn * narrow)):
+            done.append(one)
             if told is not None:
-                told(k + 1, min((cost for cost, _ in found), default=np.inf))
+                told(len(done), min(ended.cost for _, ended in done))
     except KeyboardInterrupt:
-        if not found:
+        stopped = True
+        if all(ended.failure for _, ended in done):
             raise
-        kept = 1
+    found = [ended for _, ended in sorted(done, key=lambda one: (one[1].cost, one[0])) if not ended.failure]
     if not found:
-        raise NotFiniteError(str(failed))
-    found.sort(key=lambda one: one[0])
-    problem.begin(found[0][1])
-    problem.noise = _noise_left(problem, problem.residuals(found[0][1]))
-    last = [_solve(problem, logs, _LAST) for _, logs in found[:kept]]
-    best = min(last, key=lambda one: one.cost)
-    problem.begin(best.x)
-    residuals = problem.residuals(best.x)
-    costs = np.array(sorted([one.cost for one in last] + [cost for cost, _ in found[kept:]]))
-    return Best(problem, best.x, float(best.cost), costs, residuals, problem.derivatives(best.x))
+        raise NotFiniteError(done[-1][1].failure)
+    problem.begin(found[0].logs)
+    problem.noise = _noise_left(problem, problem.residuals(found[0].logs))
+    kept = 1 if stopped else _KEPT
+    last = sorted(search.each(_ended, problem, _LAST, [one.logs for one in found[:kept]]), key=lambda one: one[0])
+    failures = [one.failure for _, one in last]
+    if all(failures):
+        raise NotFiniteError(failures[0])
+    best = min((one for _, one in last), key=lambda one: one.cost)
+    problem.begin(best.logs)
+    residuals = problem.residuals(best.logs)
+    costs = np.array(sorted(one.cost for one in (*(one for _, one in last), *found[kept:])))
+    return Best(problem, best.logs, best.cost, costs, residuals, problem.derivatives(best.logs), len(done), stopped)
+
+
+def _ended(problem: Problem, steps: int, logs: FloatArray) -> Ended:
+    """Where one fit from one start ends, of at most so many steps."""
+    try:
+        result = _solve(problem, logs, steps)
+    except NotFiniteError as error:
+        return Ended(np.inf, np.empty(0), str(error))
+    return Ended(float(result.cost), np.asarray(result.x))
 
 
 def _solve(problem: Problem, logs: FloatArray, steps: int) -> OptimizeResult:

@@ -106,6 +106,8 @@ def summary(calibration: Calibration, means: Sequence[Meaning], command: str) ->
         "misfits": [vars(one) for one in misfits(calibration)],
         "cost": best.cost,
         "costs": best.costs.tolist(),
+        "starts": best.starts,
+        "stopped": best.stopped,
         "windows": calibration.spread.windows,
         "records": [
             {"file": one.source, "sha256": one.digest, "notes": list(one.notes)} for one in calibration.records

@@ -1,0 +1,126 @@
+"""The same work on many parts, by several processes side by side: results come as they are done."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+from drillrig_env.command_line import Failed
+
+P = TypeVar("P")
+R = TypeVar("R")
+
+
+class Workers:
+    """Up to `jobs` processes, which begin with the first work that has several parts, and end with the block.
+
+    They are spawned: what they run must be importable, and a script that has them must do its work below
+    `if __name__ == "__main__"`. They do not hear Ctrl-C; where it comes in the midst of some work they are ended.
+    """
+
+    def __init__(self, jobs: int = 1) -> None:
+        self.jobs = jobs
+        self._processes: dict[Connection, BaseProcess] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end()
+
+    def each(self, work: Callable[[P], R], parts: Sequence[P]) -> Iterator[tuple[int, R]]:
+        """The number of each part and what `work` makes of it, in the order in which they are done.
+
+        What `work` raises comes out here. `Failed` where a process ends in the midst of it, as for want of memory.
+        """
+        if min(self.jobs, len(parts)) <= 1:
+            yield from ((number, work(part)) for number, part in enumerate(parts))
+            return
+        try:
+            self._begin(min(self.jobs, len(parts)))
+            waiting = list(enumerate(parts))[::-1]
+            idle, running = list(self._processes), dict[Connection, int]()
+            while waiting or running:
+                while waiting and idle:
+                    pipe = idle.pop()
+                    number, part = waiting.pop()
+                    running[pipe] = number
+                    with suppress(OSError):  # one that has ended is told of below
+                        pipe.send((work, part))
+                ready = wait(list(running))
+                for pipe in [one for one in running if one in ready]:
+                    result = self._received(pipe)
+                    idle.append(pipe)
+                    yield running.pop(pipe), result
+        except BaseException:
+            self.end()
+            raise
+
+    def end(self) -> None:
+        """End the processes, whatever they do."""
+        for process in self._processes.values():
+            process.terminate()
+        for pipe, process in self._processes.items():
+            process.join()
+            pipe.close()
+        self._processes.clear()
+
+    def _begin(self, count: int) -> None:
+        context = get_context("spawn")
+        with _without_ctrl_c():
+            while len(self._processes) < count:
+                here, there = context.Pipe()
+                process = context.Process(target=_run, args=(there,), daemon=True)
+                process.start()
+                there.close()
+                self._processes[here] = process
+
+    def _received(self, pipe: Connection) -> Any:
+        try:
+            result, error = pipe.recv()
+        except (EOFError, OSError):
+            process = self._processes[pipe]
+            process.join()
+            raise Failed(
+                f"calibrate: one of {self.jobs} processes ended with code {process.exitcode}; give it more memory or "
+                'fewer jobs, and have a script that starts them below if __name__ == "__main__"'
+            ) from None
+        if error is not None:
+            raise error
+        return result
+
+
+def _run(pipe: Connection) -> None:
+    """Work until the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with suppress(EOFError, OSError):  # the other end has gone
+        while True:
+            work, part = pipe.recv()
+            answer: tuple[Any, Exception | None]
+            try:
+                answer = work(part), None
+            except Exception as error:
+                answer = None, error
+            pipe.send(answer)
+
+
+@contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """Processes that begin in the block do not hear Ctrl-C, from their first moment on."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    earlier = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, earlier)
