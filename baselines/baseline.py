@@ -15,6 +15,7 @@ from drillrig_env.env.actions import rate_action
 from drillrig_env.env.sensors import SENSORS, Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.fleet import Fleet, FleetLike
+from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.policy import AtHome
 from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.rig import Rig, RigLike
@@ -36,8 +37,9 @@ class Baseline(AtHome):
 
     `rig`, `slew_limit` (rad/s^2), `control_period` (s) and `largest_reference` (rad/s) are those of the environment
     that it acts in; None is the rig's own. `fleet` is what `Scenario.rigs` has of it: a policy that is told "rig" knows
-    its members, all others go by the nominal rig. Sensors that do not show what a policy reads are refused with a
-    `ValueError`.
+    its members, all others go by the nominal rig. `friction` is what is known of the nominal rig's, at any force: its
+    coefficients and its law; None is the chapter's in the scales of the rig. Sensors that do not show what a policy
+    reads are refused with a `ValueError`.
     """
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")
@@ -57,6 +59,7 @@ class Baseline(AtHome):
         control_period: float | None = None,
         largest_reference: float | None = None,
         fleet: FleetLike = None,
+        friction: FrictionLike = None,
     ) -> None:
         self.task = Task.for_rig(
             rig,
@@ -67,6 +70,7 @@ class Baseline(AtHome):
         )
         self.sensors = self.task.sensors
         self.fleet = Fleet.of(fleet)
+        self.friction = None if friction is None else Friction.of(friction).single()
         self._privileged_values: dict[str, FloatArray] = {}
         lacking = self._lacking(self.sensors)
         if lacking:

@@ -8,7 +8,7 @@ the rig is about as large as the chapter's, and the speed reference that the law
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from math import exp
 from typing import Any
 
@@ -23,6 +23,7 @@ from drillrig_env.parameters import refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import CONTROL_PERIOD
 
+_CHAPTERS_LAW = Friction().law
 _UNITS = {channel.name: channel.unit for channel in CHANNELS} | {
     item.name: item.metadata["unit"] for item in fields(Friction)
 }
@@ -35,7 +36,8 @@ class CountedLaw(Baseline):
     `desired_reference` gets `seen` and `privileged` so, and returns a speed reference of that kind, at most
     `drillrig_env.scales.LARGEST_REFERENCE`; beside it there are `plant`, the rig counted so, `period`, the length of a
     control step, and `plant_slew`, the slew limit. `plants` are the rigs of the fleet, counted so, where the policy is
-    told which of them an episode has, and the one rig else. Arguments as for `Baseline`.
+    told which of them an episode has, and the one rig else. `nominal_friction` is the one that it goes by, counted so,
+    at N_1 = 1. Arguments as for `Baseline`.
     """
 
     def __init__(
@@ -54,6 +56,10 @@ class CountedLaw(Baseline):
         units = {name: scales.units[unit] for name, unit in _UNITS.items()}
         self._units = {name: unit for name, unit in units.items() if unit != 1.0}
         self._rate, self._time = scales.rate, scales.time
+        self.nominal_friction = Friction(1.0)
+        if (friction := self.friction) is not None:
+            v_b = np.asarray(friction.v_b) / self.unit("v_b")
+            self.nominal_friction = replace(friction, normal_force=1.0, v_b=v_b)
 
     @property
     def period(self) -> float:
@@ -77,6 +83,15 @@ class CountedLaw(Baseline):
             allowed = f"0 to {len(self.plants) - 1}, the fleet that it was made for"
             raise refuse(type(self).__name__, "rig", int(places.max()), "", allowed)
         return places
+
+    def check_chapters_law(self) -> None:
+        """Raise `ValueError` where the nominal friction falls by another law than the chapter's.
+
+        It is for policies that plan with that one.
+        """
+        if self.nominal_friction.law != _CHAPTERS_LAW:
+            law = self.nominal_friction.law
+            raise refuse(type(self).__name__, "law of the friction", repr(law), "", repr(_CHAPTERS_LAW))
 
     def unit(self, name: str) -> float:
         """What a channel, or an entry of `info`, is counted in."""

@@ -76,6 +76,7 @@ class FeedForwardStart(CountedLaw):
         **others: Any,
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
+        self.check_chapters_law()
         values = self._given_or_tuned(
             acceleration=acceleration, build_up=build_up, beyond=beyond, margin=margin, ease=ease
         )

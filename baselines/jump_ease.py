@@ -78,7 +78,8 @@ class JumpEase(CountedLaw):
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The law for the friction that it is told."""
-        return self._follow(seen, self._course(self.plant, Friction(**privileged), seen["speed_target"]), memory)
+        friction = Friction(**privileged, law=self.nominal_friction.law)
+        return self._follow(seen, self._course(self.plant, friction, seen["speed_target"]), memory)
 
     def _course(self, rig: Rig, friction: Friction, target: FloatArray, fold: FloatArray | None = None) -> Course:
         """The course on a rig with a friction; `fold` (rad/s) where another is to be passed than theirs."""

@@ -19,7 +19,6 @@ from drillrig_env.rig import RigLike
 from drillrig_env.stability import fold_speed
 from drillrig_env.verdict import STUCK_SPEED
 
-_MU_S, _MU_K, _V_B = (float(value) for value in Friction().as_array(1)[0, 1:])
 _BREAK_LOOSE, _STEADY, _AT = 2, 3, 4  # columns of memory after those of JumpEase
 
 
@@ -27,9 +26,9 @@ class JumpEaseEstimated(JumpEase):
     """Jump and ease on an estimated friction, told nothing; needs bit and collar speed and the upper twist.
 
     Until the bit has stuck once, the load is taken from the torque of the shaft as it is. The ratio
-    mu_k / mu_s is the chapter's until calm rotation has shown a steady torque. The margin for what is
-    not seen: the fold that it jumps past is the largest over v_b within 1 +- `spread` of the chapter's, and
-    mu_k is taken lower by `spread` until it is seen. It eases down to the critical speed of the chapter's
+    mu_k / mu_s is that of the nominal friction until calm rotation has shown a steady torque. The margin for what is
+    not seen: the fold that it jumps past is the largest over v_b within 1 +- `spread` of the nominal one, and
+    mu_k is taken lower by `spread` until it is seen. It eases down to the critical speed of the nominal
     v_b; where that was too low the rig begins to shake, and the jump is repeated. Seen ten times a
     second, the break-loose torque is uncertain by half of what the shaft winds up in a step: little at
     20 N, a quarter at 8 N and 4 rad/s. `spread` 0.1 was the best of 0.1, 0.2 and 0.3 on draws of the
@@ -58,6 +57,7 @@ class JumpEaseEstimated(JumpEase):
         **others: Any,
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
+        self.check_chapters_law()
         self.spread = spread
 
     def desired_reference(
@@ -73,18 +73,20 @@ class JumpEaseEstimated(JumpEase):
     def estimates(self, memory: FloatArray) -> list[Friction]:
         """The frictions that the torques seen so far allow, one for each decay v_b that is considered."""
         static = memory[:, _BREAK_LOOSE]
+        likely_mu_s, likely_mu_k, likely_v_b = self.nominal_friction.as_array(1)[0, 1:].tolist()
         found = []
-        for v_b in _V_B * np.array([1.0, 1.0 - self.spread, 1.0 + self.spread]):
+        for v_b in likely_v_b * np.array([1.0, 1.0 - self.spread, 1.0 + self.spread]):
             decayed = np.exp(-v_b * memory[:, _AT])
             kinetic = np.where(
                 memory[:, _AT] > 0,
                 (memory[:, _STEADY] - static * decayed) / np.maximum(1.0 - decayed, 1e-3),
-                static * (1.0 - self.spread) * _MU_K / _MU_S,
+                static * (1.0 - self.spread) * likely_mu_k / likely_mu_s,
             )
             kinetic = np.clip(kinetic, 0.0, static)
-            force = static / (self.plant.r_1 * _MU_S)
-            ratio = np.where(static > 0, kinetic / np.maximum(static, 1e-9), _MU_K / _MU_S)
-            found.append(Friction(force, np.full(len(force), _MU_S), _MU_S * ratio, np.full(len(force), v_b)))
+            force = static / (self.plant.r_1 * likely_mu_s)
+            ratio = np.where(static > 0, kinetic / np.maximum(static, 1e-9), likely_mu_k / likely_mu_s)
+            mu_s = np.full(len(force), likely_mu_s)
+            found.append(Friction(force, mu_s, likely_mu_s * ratio, np.full(len(force), v_b)))
         return found
 
     def _watch(self, seen: Mapping[str, FloatArray], memory: FloatArray) -> None:

@@ -48,8 +48,8 @@ class LQG(CountedLaw):
     bit speed's error, the rate of the upper twist and the change of omega_ref (Kwakernaak & Sivan, Linear Optimal
     Control Systems, 1972). In steady rotation it vanishes: the bit turns at the set point, whatever the friction.
 
-    Two things are not textbook. The gains are scheduled: s is `share` times the slope that the chapter's
-    coefficients and the estimated level give at the set point. And as long as the running twist rate
+    Two things are not textbook. The gains are scheduled: s is `share` times the slope that the
+    coefficients of `friction` and the estimated level give at the set point. And as long as the running twist rate
     (bit less top speed, over the set point) is above `shaking`, the set point rises at `rise` (rad/s^2)
     above the target: friction falls less at more speed, and the feedback wins there. Once calm it comes
     down at `ease` (rad/s^2), actively damped all the way.
@@ -167,8 +167,8 @@ class LQG(CountedLaw):
         return states * units, memory[:, LEVEL] * self.unit("string_torque")
 
     def _law(self, privileged: Mapping[str, FloatArray]) -> Friction:
-        """The law by which friction is taken to fall with speed, at any force: the chapter's."""
-        return Friction(1.0)
+        """The law by which friction is taken to fall with speed, at any force: the nominal one."""
+        return self.nominal_friction
 
     def _scheduled(self, level: FloatArray, speed: FloatArray, law: Friction) -> np.ndarray:
         """Which of _SLOPES is nearest to `share` times that of the law with the torque `level` at `speed`."""

@@ -57,7 +57,9 @@ class LQR(CountedLaw):
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The reference so far, the move of the set point, and the change that the feedback asks for."""
-        friction = Friction(*(privileged[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")))
+        friction = Friction(
+            *(privileged[name] for name in ("normal_force", "mu_s", "mu_k", "v_b")), law=self.nominal_friction.law
+        )
         twist_rate = seen["bit_speed"] - seen["top_speed"]
         memory[:, _SHAKING] += self.followed(TWIST_RATE_TIME) * (twist_rate**2 - memory[:, _SHAKING])
         set_point = seen["speed_target"] + memory[:, _OFFSET]

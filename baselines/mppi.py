@@ -96,6 +96,7 @@ class MPPI(CountedLaw):
         **others: Any,
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
+        self.check_chapters_law()
         if samples < 0:
             raise refuse("MPPI", "samples", samples, "", ">= 0")
         for name, value in (("temperature", temperature), ("effort", effort)):

@@ -35,7 +35,7 @@ class LQGOfRig(LQG):
         super().__init__(*given, **{"delay": 2, **others})
 
     def _law(self, privileged: Mapping[str, FloatArray]) -> Friction:
-        return Friction(1.0, *(privileged[name] for name in _FRICTION[1:]))
+        return Friction(1.0, *(privileged[name] for name in _FRICTION[1:]), law=self.nominal_friction.law)
 
 
 class LQROfRig(LQR):
@@ -66,6 +66,6 @@ class JumpEaseOfRig(JumpEase):
         kept[anew] = told[anew]
         for place in np.unique(places[anew]):
             chosen = np.flatnonzero(anew & (places == place))
-            friction = Friction(*told[chosen].T)
+            friction = Friction(*told[chosen].T, law=self.nominal_friction.law)
             courses[chosen] = np.stack(self._course(self.plants[place], friction, seen["speed_target"][chosen]), -1)
         return self._follow(seen, Course(*courses.T), memory)

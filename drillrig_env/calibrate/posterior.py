@@ -89,6 +89,11 @@ class Posterior:
         return self.folder.resolve().name
 
     @property
+    def origin(self) -> dict[str, str]:
+        """The folder's name and the digest of its draws, by which results tell where their rigs are from."""
+        return {"folder": self.name, "draws": self.digest}
+
+    @property
     def training(self) -> Fleet:
         """The rigs to train and tune on; `ValueError` where the drive turns too few of them steadily."""
         return self._fleet(TRAINING)

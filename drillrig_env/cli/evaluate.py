@@ -6,6 +6,7 @@
   drillrig evaluate z_torque my_controller.py:MyPolicy  # and a controller of your own
   drillrig evaluate --env DrillRigSurface-v0 --output results/surface
   drillrig evaluate --rig my_rig.toml                   # on a rig of your own
+  drillrig evaluate --rig my_rig --suite default        # on rigs that a calibration allows, by its folder
   drillrig evaluate --from results                      # the tables and pictures again, without running
 
 In a clone, `python eval.py` is the same. A policy is an installed one by name, the folder of a training run (or a
@@ -18,6 +19,9 @@ Results that are there are never written over unasked. The same command again ma
 there is anything that it would not make again it is refused, and --resume keeps that, --overwrite replaces it. Named
 agents bring environment, noise and delay of their training, for everyone alike; where theirs differ, or --env says
 otherwise, everyone meets the standard ones. A line tells of each agent what is not as in its training.
+
+With the folder of a calibration policies are designed for its best fit, and judged on half of its draws, the half that
+`train.py --rig` never shows; loads reach up to the largest of the records.
 """
 
 from __future__ import annotations
@@ -31,6 +35,8 @@ from pathlib import Path
 
 import drillrig_env
 from drillrig_env.allowed import COUNT, POSITIVE
+from drillrig_env.calibrate.judging import judged_suite
+from drillrig_env.calibrate.posterior import Posterior
 from drillrig_env.command_line import DONE, FAILED, Parser, command
 from drillrig_env.env.steady import check_steady
 from drillrig_env.evaluation.beginning import begin
@@ -91,6 +97,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         if chosen.saved:
             return _report_again(chosen)
         check_writable(chosen.output)
+        posterior = None if chosen.calibration is None else Posterior.from_folder(chosen.calibration)
         contestants, failures, conditions = find_contestants(
             chosen.policies,
             chosen.env or _env_of(chosen.suite),
@@ -98,10 +105,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             _warn,
             chosen.rig,
             chosen.largest_reference,
+            None if posterior is None else posterior.friction,
         )
         check_steady(conditions.rig)
         critical_fall(conditions.rig, "--rig")  # without one, no score could be told
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
+        if posterior:
+            suites = [judged_suite(one, posterior) for one in suites]
         _print(failures)
         names = [contestant.name for contestant in contestants]
         reference = chosen.reference or next(iter(names), "")
@@ -109,11 +119,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             raise ValueError(
                 f"--reference {reference} is not among the policies that compete; {closest(reference, names)}"
             )
-    except (ValueError, ImportError) as error:
+    except (ValueError, ImportError, FileNotFoundError) as error:
         parser.error(str(error))
     if not contestants:
         return FAILED
     config = config_of(conditions, suites, contestants, drillrig_env.__version__, line, reference)
+    if posterior:
+        config["calibration"] = posterior.origin
     with owned(chosen.output):
         try:
             results, histories = begin(chosen.output, config, chosen.resume, chosen.overwrite, _warn)
@@ -220,7 +232,8 @@ def _report(results: Results, name: str, reference: str, chosen: argparse.Namesp
     about = results.config["suites"][name]
     counted = "episodes" if "rigs" in about["scenario"] else "rigs"
     title = f"{name}: {about['description']} ({about['rigs']} {counted}, {results.config['env']})"
-    if changed := differences(Rig.of(results.config.get("rig"))):
+    changed = differences(Rig.of(results.config.get("rig")))
+    if changed and "calibration" not in results.config:  # else each has a rig of its own
         title += f", each with {changed}"
     print_suite(title, results.scores[name], results.marks, reference, chosen.details, bool(chosen.reference))
 

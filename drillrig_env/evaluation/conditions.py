@@ -9,6 +9,7 @@ from typing import Any
 from drillrig_env.env.registration import ENVIRONMENTS
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import Task
+from drillrig_env.friction import Friction
 from drillrig_env.markdown import listed
 from drillrig_env.rig import Rig
 from drillrig_env.scales import Scales
@@ -31,7 +32,8 @@ class Conditions:
 
     `noise` is a factor on the noise of the channels, or one for each by name; `delay` is in control steps, a number
     or the least and the most. `rig` is what all rigs of a suite share, and `largest_reference` (rad/s) the upper end of
-    their speed reference; None is the rig's own.
+    their speed reference; None is the rig's own. `friction` is what policies are designed for; None is the chapter's in
+    the scales of the rig.
     """
 
     env_id: str
@@ -39,6 +41,7 @@ class Conditions:
     delay: tuple[int, int]
     rig: Rig = field(default_factory=Rig)
     largest_reference: float | None = None
+    friction: Friction | None = None
 
     @classmethod
     def named(cls, conditions: str | Conditions) -> Conditions:

@@ -159,5 +159,7 @@ def config_of(
         config["rig"] = asdict(held.rig)
     if held.largest_reference is not None:
         config["largest_reference"] = held.largest_reference
+    if held.friction is not None:
+        config["friction"] = held.friction.as_dict()
     read_back: dict[str, Any] = json.loads(json.dumps(config))
     return read_back

@@ -11,6 +11,7 @@ from typing import Any
 from drillrig_env.evaluation.conditions import Conditions, conditions_for
 from drillrig_env.evaluation.contest import Contestant, Failure
 from drillrig_env.evaluation.suites import Suite
+from drillrig_env.friction import Friction
 from drillrig_env.policy import (
     Policy,
     PolicySource,
@@ -33,15 +34,16 @@ def find_contestants(
     say: Callable[[str], object] = print,
     rig: RigLike = None,
     largest_reference: float | None = None,
+    friction: Friction | None = None,
 ) -> tuple[list[Contestant], list[Failure], Conditions]:
     """The contestants of these names, or all that suit the environment; who cannot compete; and the conditions.
 
-    The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`; `rig` is the
-    rig of the suites, as `Rig.of` takes it, and `largest_reference` (rad/s) the upper end of its speed reference, None
-    its own. Without names the contestants are all installed policies and the trained agents of the clone. One that does
-    not suit, that needs what is not installed, or that is slow while `slow` is false, is then left out. `say` is called
-    with a line that says why, and what differs from an agent's training. `UnknownPolicyError` for a name that is
-    nothing.
+    The conditions are those of `env_id`, or of the trainings of named agents: see `conditions_for`; `rig` is the rig of
+    the suites, as `Rig.of` takes it, and `largest_reference` (rad/s) the upper end of its speed reference, None its
+    own; `friction` is what policies are designed for, None the chapter's. Without names the contestants are all
+    installed policies and the trained agents of the clone. One that does not suit, that needs what is not installed, or
+    that is slow while `slow` is false, is then left out. `say` is called with a line that says why, and what differs
+    from an agent's training. `UnknownPolicyError` for a name that is nothing.
     """
     sources, failures = _find_sources(names, slow, say)
     trainings = {
@@ -50,7 +52,7 @@ def find_contestants(
         if names and source.about.get("kind") == "run"
     }
     conditions = conditions_for(trainings, env_id, say)
-    conditions = replace(conditions, rig=Rig.of(rig), largest_reference=largest_reference)
+    conditions = replace(conditions, rig=Rig.of(rig), largest_reference=largest_reference, friction=friction)
     contestants = []
     for label, source in sources.items():
         try:
@@ -98,7 +100,9 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     label = label or source.name
     held = Conditions.named(conditions)
     shown = held.sensors
-    context = {"sensors": shown.name, "rig": held.rig, "largest_reference": held.largest_reference}
+    context: dict[str, Any] = {"sensors": shown.name, "rig": held.rig, "largest_reference": held.largest_reference}
+    if held.friction is not None:
+        context["friction"] = held.friction
     made = [source.make(seed, **context, slew_limit=SLEW_LIMIT * held.scales.rate) for seed in source.makers]
     sees, exact = channels_of(made[0]), is_exact(made[0])
     missing = [channel for channel in sees or () if channel not in shown.names]

@@ -11,6 +11,7 @@ import numpy as np
 from drillrig_env.env.registration import DRIFT, UNKNOWN
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.fleet import Fleet
+from drillrig_env.friction import Friction
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.scales import SLEW_LIMIT, Scales
 from drillrig_env.seeds import EVALUATION_FLEETS, EVALUATION_SEEDS
@@ -73,7 +74,8 @@ class Suite:
         """All that fixes the rigs, as plain numbers, lists and dictionaries."""
         groups = [[count, {name: _plain(value) for name, value in options.items()}] for count, options in self.groups]
         env = {name: _plain(value) for name, value in self.env.items()}
-        scenario = {name: _plain(value) for name, value in asdict(self.scenario).items()}
+        scenario = {name: _plain(value) for name, value in asdict(replace(self.scenario, friction=Friction())).items()}
+        scenario["friction"] = self.scenario.friction.as_dict()  # of a law of the user's own its name
         idle = [name for name in _VARYING if scenario[name] is None]
         if self.scenario.target_step == 0.0:
             idle += ["target_step", "target_time"]

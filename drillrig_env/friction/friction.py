@@ -166,6 +166,16 @@ class Friction:
         fields = self.normal_force, self.mu_s, self.mu_k, self.v_b
         return contacts_of(rig, *fields, law=number_of(self.law))
 
+    def falls_as(self, other: Friction) -> bool:
+        """Whether another single friction is the same at any normal force."""
+        own, its = ({**one.as_dict(), "normal_force": None} for one in (self, other))
+        return own == its
+
+    def as_dict(self) -> dict[str, Any]:
+        """The fields of a single friction by name, plain numbers and the law's name; for files."""
+        table = self.as_array()[0].tolist()
+        return {**dict(zip(("normal_force", "mu_s", "mu_k", "v_b"), table, strict=True)), "law": str(self.law)}
+
     def describe(self) -> str:
         """A table of all fields with value, unit, meaning and source."""
         return describe(self)

@@ -139,6 +139,9 @@ def context_of(task: Any) -> dict[str, Any]:
     """What a policy is made for, by keyword, from the task that it is to act in."""
     names = ("rig", "slew_limit", "control_period", "largest_reference")
     own = {name: getattr(task, name) for name in names}
+    friction = task.scenario.friction
+    if not friction.falls_as(task.scales.friction):  # else it is what policies go by where they are not told
+        own["friction"] = friction
     return {"sensors": task.sensors.names, **own, "fleet": task.scenario.rigs}
 
 
