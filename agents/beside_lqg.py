@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from drillrig_env import markdown
 from drillrig_env.evaluation.results import Results
-from drillrig_env.evaluation.store import read
 
 LAW = "lqg"
 
@@ -26,10 +24,11 @@ class HardRig:
     speed_target: float  # rad/s
 
 
-def results_with_both(docs: Path, agents: Mapping[str, str]) -> dict[str, Results]:
-    """The stored results by agent, where they hold the law as well. `agents` are their environments by name."""
-    folders = {env_id: docs / "results" / env_id for env_id in agents.values()}
-    stored = {env_id: read(folder) for env_id, folder in folders.items() if folder.is_dir()}
+def results_with_both(stored: Mapping[str, Results], agents: Mapping[str, str]) -> dict[str, Results]:
+    """The results by agent, of those by environment, where they hold the law as well.
+
+    `agents` are their environments by name.
+    """
     return {
         name: stored[env_id]
         for name, env_id in agents.items()

@@ -31,6 +31,7 @@ from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import interquartile_mean
+from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
 from drillrig_env.files import check_writable, write_text
 
@@ -69,9 +70,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         check_writable(chosen.docs)
     try:
         found = _found()
-        results = _beside_lqg(chosen.docs, found)
+        stored = _stored(chosen.docs, found)
         late = noise_and_delay.read_shares(chosen.docs)
-        text = _written(chosen.docs, found, results, late)
+        text = _written(chosen.docs, found, stored, late)
     except ValueError as error:
         parser.error(str(error))
     if chosen.check:
@@ -80,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     from agents.pictures import draw_all
 
-    draw_all(AGENT, chosen.docs / "images" / "agents", results=results, late=late)
+    draw_all(AGENT, chosen.docs / "images" / "agents", results=_beside_lqg(stored, found), late=late)
     write_text(path, text)
     print(path.resolve())
 
@@ -101,7 +102,7 @@ class _Agent:
 def page(docs: Path, trained: Path = TRAINED) -> str:
     """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
     found = _found(trained)
-    return _written(docs, found, _beside_lqg(docs, found), noise_and_delay.read_shares(docs))
+    return _written(docs, found, _stored(docs, found), noise_and_delay.read_shares(docs))
 
 
 def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
@@ -118,21 +119,30 @@ def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
     return found
 
 
-def _beside_lqg(docs: Path, found: Mapping[str, _Agent]) -> dict[str, Results]:
+def _stored(docs: Path, found: Mapping[str, _Agent]) -> dict[str, Results]:
+    """The stored results by environment, of the agents' and of those beside them, as far as they are there."""
+    environments = {one.config["env_id"] for one in found.values()} | {
+        one[1] for rows in _BESIDE.values() for one in rows
+    }
+    folders = {env_id: docs / "results" / env_id for env_id in sorted(environments)}
+    return {env_id: read(folder) for env_id, folder in folders.items() if folder.is_dir()}
+
+
+def _beside_lqg(stored: Mapping[str, Results], found: Mapping[str, _Agent]) -> dict[str, Results]:
     """The stored results of every agent for the rig's own drive, where they hold LQG too."""
-    return results_with_both(docs, {name: one.config["env_id"] for name, one in found.items() if not one.is_soft})
+    return results_with_both(stored, {name: one.config["env_id"] for name, one in found.items() if not one.is_soft})
 
 
 def _written(
-    docs: Path, found: Mapping[str, _Agent], results: Mapping[str, Results], late: Mapping[str, Any] | None
+    docs: Path, found: Mapping[str, _Agent], stored: Mapping[str, Results], late: Mapping[str, Any] | None
 ) -> str:
-    parts = [_shipped(found, docs), _learning(found), _behaviour(docs), section(results), noise_and_delay.section(late)]
-    parts += [choices(docs)]
-    parts += [ahead(docs, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found, late)]
+    parts = [_shipped(found, stored), _learning(found), _behaviour(docs), section(_beside_lqg(stored, found))]
+    parts += [noise_and_delay.section(late), choices(docs)]
+    parts += [ahead(stored, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found, late)]
     return "\n".join(part for part in parts if part)
 
 
-def _shipped(found: Mapping[str, _Agent], docs: Path) -> str:
+def _shipped(found: Mapping[str, _Agent], stored: Mapping[str, Results]) -> str:
     """What ships and what it scores, on the rig's own drive and on the softened one, beside action 0 and a rival."""
     parts = [
         "# The agents\n",
@@ -153,7 +163,7 @@ def _shipped(found: Mapping[str, _Agent], docs: Path) -> str:
             if agent.is_soft is soft
         }
         if rows:
-            rows |= beside(docs, _BESIDE[soft])
+            rows |= beside(stored, _BESIDE[soft])
             parts += [words, markdown_table(_SHOWN, rows, {}, "policy"), ""]
     about = []
     for name, agent in found.items():

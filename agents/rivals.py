@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 from drillrig_env import markdown
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import Estimate
-from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Column, Row, stored_row
 
 _COLUMNS = {column.heading: column for column in (*MAIN.columns, *OTHERS.columns)}
@@ -16,20 +14,15 @@ _LARGER_IS_BETTER = ("mitigated", "below ω_c", "bistable", "above")
 _SMALLER_IS_BETTER = ("to calm", "cost")
 
 
-def ahead(docs: Path, agents: Mapping[str, str]) -> str:
+def ahead(stored: Mapping[str, Results], agents: Mapping[str, str]) -> str:
     """A section that names every score in which a rival is ahead of an agent; empty without stored results.
 
-    `agents` are the environments of the agents by name.
+    `stored` are results by environment; `agents` are the environments of the agents by name.
     """
     lines = []
     for name, env_id in agents.items():
-        folder = docs / "results" / env_id
-        if not folder.is_dir():
-            continue
-        results = read(folder)
-        if name not in results.policies:
-            continue
-        lines += _of(name, env_id, results, set(agents))
+        if env_id in stored and name in stored[env_id].policies:
+            lines += _of(name, env_id, stored[env_id], set(agents))
     if not lines:
         return ""
     return "\n".join(
@@ -43,15 +36,14 @@ def ahead(docs: Path, agents: Mapping[str, str]) -> str:
     )
 
 
-def beside(docs: Path, policies: Iterable[tuple[str, str, str]]) -> dict[str, Row]:
-    """Rows of `default` by what they are called, from the stored results of those policies that are there.
+def beside(stored: Mapping[str, Results], policies: Iterable[tuple[str, str, str]]) -> dict[str, Row]:
+    """Rows of `default` by what they are called, from the results by environment of those policies that are there.
 
     `policies` are names, each with its environment and what it is called.
     """
     rows = {}
     for policy, env_id, words in policies:
-        folder = docs / "results" / env_id
-        found = read(folder).estimates.get("default", {}) if folder.is_dir() else {}
+        found = stored[env_id].estimates.get("default", {}) if env_id in stored else {}
         if policy in found:
             rows[words] = _row(found[policy])
     return rows
