@@ -19,6 +19,7 @@ def five_seeds(tmp_path_factory):
                 seed=seed,
                 n_timesteps=256,
                 hyperparams=TINY,
+                env_kwargs={"duration": 12.0},
                 eval_freq=128,
                 eval_episodes=3,
                 run_folder=folder / f"seed_{seed}",

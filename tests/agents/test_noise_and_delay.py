@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,10 @@ from drillrig_env.evaluation.suites import suite
 RIGS, DELAY = 12, 4
 
 
+def short(name, rigs):
+    return replace(suite(name, rigs), env={"duration": 20.0})
+
+
 @pytest.fixture(scope="module")
 def content(trained, tmp_path_factory):
     docs = tmp_path_factory.mktemp("docs")
@@ -23,7 +28,9 @@ def content(trained, tmp_path_factory):
         "rigs": RIGS,
         "delays": [DELAY],
     }
-    found["environments"] = shares(RIGS, trained, [DELAY])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(noise_and_delay, "suite", short)
+        found["environments"] = shares(RIGS, trained, [DELAY])
     (docs / "agents").mkdir()
     (docs / noise_and_delay.FILE).write_text(json.dumps(found))
     return read_shares(docs)
@@ -42,7 +49,7 @@ def test_every_policy_is_there_at_every_noise_and_delay(content):
 
 def test_shares_are_those_of_the_suite_with_that_noise_and_delay(content):
     found = content["environments"]["DrillRigSurface-v0"]["2"]
-    drawn = suite("default", RIGS)
+    drawn = short("default", RIGS)
     late = {"sensors": "surface", "noise": 2.0, "delay": DELAY}
     told = score(run(LQG(sensors="surface", delay=DELAY), drawn, **late))["mitigated"].mean()
     assert found[TOLD][0] == pytest.approx(told)

@@ -214,6 +214,7 @@ def test_a_full_disk_never_leaves_half_a_file(file, tmp_path, monkeypatch):
     assert load_policy(tmp_path / "run").model.num_timesteps == 768
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="Windows has no SIGKILL")
 def test_killed_in_the_last_save_it_goes_on_from_the_checkpoint(tmp_path):
     uncut = train(training(tmp_path / "uncut"))

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -31,9 +32,8 @@ def small(folder, **changes):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no signals between processes")
-@pytest.mark.parametrize(
-    ("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_to_the_parent_stops_its_trainings_and_keeps_them(number, code, tmp_path):
     """The parent alone is told, as by `kill`, and the signal is one that it was started with as ignored."""
     command = [sys.executable, "-u", "train.py", *FLAGS.split(), "-n", "100000000", "--save-freq", "128"]
@@ -51,6 +51,7 @@ def test_a_signal_to_the_parent_stops_its_trainings_and_keeps_them(number, code,
     try:
         while not all(path.is_file() for path in begun):
             assert process.poll() is None, process.stdout.read()
+            time.sleep(0.1)
         process.send_signal(number)
         said, _ = process.communicate(timeout=300)
     finally:

@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 from dataclasses import fields
 from pathlib import Path
 
@@ -8,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+import train as command
 from agents.policy.environment import batch_of, environment_arguments, make_environment
 from agents.policy.run_folder import is_run, load_policy, read_config
 from agents.training.settings import Training
@@ -156,20 +155,19 @@ def test_frame_stack_sees_what_it_was_trained_on(tmp_path):
         stacked, _, begins, _ = env.step(actions)
 
 
-def command(*arguments, folder):
-    return subprocess.run([sys.executable, *arguments], cwd=folder, capture_output=True, text=True, check=False)
-
-
-def test_command_line_trains_seeds_side_by_side(tmp_path):
+def test_command_line_trains_seeds_side_by_side(tmp_path, monkeypatch, capsys):
+    for library in ("OMP", "MKL", "OPENBLAS"):
+        monkeypatch.setenv(f"{library}_NUM_THREADS", "1")  # it sets them for its processes
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(ROOT)
     settings = [f"{name}:{json.dumps(value)}" for name, value in PPO.items()]
     flags = ["-n", "512", "--eval-episodes", "4", "--no-tensorboard", "--seeds", "2", "--jobs", "2", "--seed", "3"]
-    settings = ["--env-kwargs", "duration:3.0", "-params", *settings]
-    trained = command(str(ROOT / "train.py"), *flags, *settings, folder=tmp_path)
-    assert trained.returncode == 0, trained.stderr
+    assert command.main([*flags, "--env-kwargs", "duration:3.0", "-params", *settings]) == 0
     folder = tmp_path / "runs/ppo_1"
     assert {path.name for path in folder.glob("*")} == {LOCK, "seed_3", "seed_4"}
-    assert "seed_3: done\n" in trained.stdout
-    assert "seed_4: done\n" in trained.stdout
+    told = capsys.readouterr().out
+    assert "seed_3: done\n" in told
+    assert "seed_4: done\n" in told
     assert [read_config(folder / f"seed_{seed}")["seed"] for seed in (3, 4)] == [3, 4]
     alone = load_policy(train(small(tmp_path, seed=4))).model.policy.state_dict()
     beside = load_policy(folder / "seed_4").model.policy.state_dict()
