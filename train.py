@@ -5,12 +5,14 @@
     python train.py ppo --env DrillRigSurface-v0 --seeds 5 --jobs 2
     python train.py sac --hyperparams batch_size:256 gamma:0.98
     python train.py --rig my_rig.toml                      # on a rig of your own
+    python train.py --rig my_rig                           # on rigs that a calibration allows, by its folder
     python train.py --resume runs/ppo_1                    # go on after Ctrl-C
     python eval.py constant jump_ease runs/ppo_1           # then compare it
 
-Flags are named as in rl-zoo3 where there is one. Ctrl-C finishes the rollout, saves and stops; a second
-one stops at once, and training can go on from the last checkpoint. Exit codes: 0 done, 1 failed, 2 the
-arguments are not allowed, 130 stopped by Ctrl-C, 143 by SIGTERM.
+With the folder of a calibration the rigs are half of its draws; `eval.py --rig` judges on the other half. Flags are
+named as in rl-zoo3 where there is one. Ctrl-C finishes the rollout, saves and stops; a second one stops at once, and
+training can go on from the last checkpoint. Exit codes: 0 done, 1 failed, 2 the arguments are not allowed, 130 stopped
+by Ctrl-C, 143 by SIGTERM.
 """
 
 from __future__ import annotations
@@ -69,7 +71,8 @@ def _begin(given: Mapping[str, Any]) -> Path:
         if name in values:
             values[name] = read_pairs(values[name])
     if "rig" in values:
-        values["env_kwargs"] = {"rig": values.pop("rig")} | values.get("env_kwargs", {})
+        rig = values.pop("rig")
+        values["env_kwargs"] = {"rig": values.pop("calibration", rig)} | values.get("env_kwargs", {})
     training = Training(**values)
     return train(training) if seeds == 1 else train_seeds(training, seeds, jobs)
 

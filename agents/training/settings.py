@@ -10,9 +10,11 @@ from typing import Any
 
 from agents.policy.environment import check_arguments, plain_arguments, scaled_arguments
 from agents.policy.run_folder import find_run, read_config
+from agents.training.calibrated import calibrated_arguments, calibrated_scenario, posterior_of
 from agents.training.device import DEVICES
 from agents.training.hyperparameters import ALGORITHMS, hyperparameters
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
+from drillrig_env.env.scenario import Scenario
 from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.scales import Scales
 from drillrig_env.seeds import TRAINING_SEEDS
@@ -46,7 +48,9 @@ class Training:
         factory=dict, meaning="changes to the file's hyperparameters", allowed=_VALUES
     )
     env_kwargs: Mapping[str, Any] = parameter(
-        factory=dict, meaning="arguments of the environment, beside the file's", allowed=_VALUES
+        factory=dict,
+        meaning="arguments of the environment, beside the file's; a rig may be the folder of a calibration",
+        allowed=_VALUES,
     )
     conf_file: Path | None = parameter(
         None, meaning="file of hyperparameters", allowed=File(), none="agents/hyperparams/<algorithm>.yml"
@@ -92,14 +96,23 @@ def checked_config(training: Training) -> dict[str, Any]:
     table = {name: value for name, value in base["hyperparameters"].items() if name not in learnt} if base else None
     chosen = hyperparameters(training.algorithm, training.env_id, changes, training.conf_file, table)
     given = base["env_kwargs"] if base else chosen.get("env_kwargs", {})
+    own: dict[str, Any] = dict(training.env_kwargs)
+    posterior = posterior_of(own.get("rig"))
     scales = Scales()
     if "rig" not in given:  # its numbers, and a curriculum's, are those of the chapter's rig
-        scales = Scales.of(training.env_kwargs.get("rig"), training.env_kwargs.get("largest_reference"))
+        scales = Scales.of(posterior.rig if posterior else own.get("rig"), own.get("largest_reference"))
+    elif posterior:
+        raise ValueError(f"{training.resume_from} has a rig of its own; allowed with a calibration: the chapter's")
     given = scaled_arguments(given, scales)
-    env_kwargs = plain_arguments(training.env_id, {**given, **training.env_kwargs})
+    if posterior:
+        own |= calibrated_arguments(posterior, training.env_id, given, own, scales)
+    env_kwargs = plain_arguments(training.env_id, {**given, **own})
     check_arguments(training.env_id, env_kwargs)
     if chosen.get("curriculum") is not None:
         scenarios = [scaled_arguments({"scenario": one}, scales) for one in chosen["curriculum"]["scenarios"]]
+        if posterior:
+            made = [Scenario.named(one["scenario"], scales) for one in scenarios]
+            scenarios = [{"scenario": calibrated_scenario(posterior, one, scales)} for one in made]
         chosen["curriculum"]["scenarios"] = _plain_scenarios(training.env_id, env_kwargs, scenarios)
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
@@ -118,6 +131,7 @@ def checked_config(training: Training) -> dict[str, Any]:
         "device": training.device,
         "command": sys.argv,
         **({"resume_from": training.resume_from} if base else {}),
+        **({"calibration": {**posterior.origin, "path": str(posterior.folder)}} if posterior else {}),
     }
 
 
