@@ -19,6 +19,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,39 +74,48 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     words = list(sys.argv[1:] if arguments is None else arguments)
     options = parser.parse_args(words)
     try:
-        known: dict[str, Any] = {"fix": dict(map(_fixed, options.fix)), "weigh": dict(map(_weighed, options.weigh))}
-        columns = parse_map(options.map)
-        if options.output is not None:
-            from drillrig_env.calibrate.result import check_free
-
-            check_free(options.output, options.overwrite)
-        elif options.resume:
-            raise ValueError("--resume is given without --output, beside which a search is kept; give both")
-        records = [read_record(path, columns) for path in options.records]
-        for one in records:
-            print(f"{one.source}: {'; '.join(one.notes)}")
-        records = _with_inputs(records, options)
-        if options.look:
-            told = information(records, options.rig, options.friction, window=options.window, **known)
-            print(
-                table(["parameter", "relative standard deviation"], [[n, f"{100 * s:.1f} %"] for n, s in told.items()])
-            )
-            return 0
-        line = f"{prog} {shlex.join(words)}"
-        kept = _kept(records, options)
-        found = _fit(records, options, known, kept, line)
-        _report(found, options, line)
-        if kept is not None and not found.best.stopped:
+        with _folder(options) as folder:
+            kept = _run(options, folder, f"{prog} {shlex.join(words)}")
+        if folder is not None:
+            print(f"written: {options.output.resolve()}")
+        if kept is not None:
             kept.remove()
     except (ValueError, ImportError, OSError, NotFiniteError) as error:
         parser.error(str(error))
     return 0
 
 
-def _kept(records: list[Record], options: argparse.Namespace) -> Kept | None:
-    """Where starts that are done are kept; None without a folder for the result."""
-    if options.output is None:
+def _folder(options: argparse.Namespace) -> AbstractContextManager[Path | None]:
+    """The folder to write the result into, which no other process has; None where there is none to write."""
+    if options.output is None or options.look:
+        return nullcontext()
+    from drillrig_env.calibrate.result import reserved
+
+    return reserved(options.output, options.overwrite)
+
+
+def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | None:
+    """Read the records, look or fit, say what is known, and write the files; the search, where it is at its end."""
+    if options.resume and folder is None:
+        raise ValueError("--resume is given without --output, beside which a search is kept; give both")
+    known: dict[str, Any] = {"fix": dict(map(_fixed, options.fix)), "weigh": dict(map(_weighed, options.weigh))}
+    columns = parse_map(options.map)
+    records = [read_record(path, columns) for path in options.records]
+    for one in records:
+        print(f"{one.source}: {'; '.join(one.notes)}")
+    records = _with_inputs(records, options)
+    if options.look:
+        told = information(records, options.rig, options.friction, window=options.window, **known)
+        print(table(["parameter", "relative standard deviation"], [[n, f"{100 * s:.1f} %"] for n, s in told.items()]))
         return None
+    kept = _kept(records, options) if folder is not None else None
+    found = _fit(records, options, known, kept, line)
+    _report(found, line, folder)
+    return None if found.best.stopped else kept
+
+
+def _kept(records: list[Record], options: argparse.Namespace) -> Kept:
+    """Where starts that are done are kept: beside the folder for the result."""
     folder = options.output.resolve()
     of: dict[str, Any] = {name: str(value) for name, value in vars(options).items() if name not in _NOT_OF_A_SEARCH}
     of |= {"digests of the records": [one.digest for one in records], "versions": provenance()["versions"]}
@@ -144,26 +154,23 @@ def _fit(
     return found
 
 
-def _report(found: Calibration, options: argparse.Namespace, line: str) -> None:
+def _report(found: Calibration, line: str, folder: Path | None) -> None:
     """Print what is known, and write the folder where one is asked for."""
-    from drillrig_env.calibrate.meaning import meanings
-    from drillrig_env.calibrate.misfit import misfit_words, misfits
-    from drillrig_env.calibrate.result import HEADINGS, meaning_words, parameter_rows, write_result
+    from drillrig_env.calibrate.report import Report
 
-    print(table(HEADINGS, parameter_rows(found)))
-    means = meanings(found, found.load) if found.load > 0.0 else []
-    for one in means:
-        print(f"at N_1 = {found.load:.4g} N: {meaning_words(one)}")
-    for line_of_misfit in misfit_words(misfits(found)):
-        print(line_of_misfit)
-    if options.output is None:
+    with Progress("calibrate", 1) as progress:
+        report = Report.of(found, line, lambda done, of: progress.show("rigs drawn", done, of))
+    for title, headings, rows in report.tables():
+        print(f"\n{title}\n\n{table(headings, rows, words=3)}")
+    print("", *report.sentences(), sep="\n")
+    if folder is None:
         return
     from drillrig_env.calibrate.pictures import draw_intervals, draw_record
+    from drillrig_env.calibrate.result import write_result
 
-    pictures = {"intervals": draw_intervals(found)}
-    pictures |= {f"record_{k + 1}": draw_record(found, k) for k in range(len(found.records))}
-    write_result(options.output, found, means, pictures, line, options.overwrite)
-    print(f"written: {options.output.resolve()}")
+    pictures = {f"record_{k + 1}": draw_record(found, k) for k in range(len(found.records))}
+    pictures["intervals"] = draw_intervals(found)
+    write_result(folder, report, pictures)
 
 
 def _with_inputs(records: list[Record], options: argparse.Namespace) -> list[Record]:

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
 
+from drillrig_env.calibrate.beside import Beside
 from drillrig_env.calibrate.calibration import Calibration
 from drillrig_env.calibrate.records import SPEEDS
 from drillrig_env.calibrate.windows import UNITS
@@ -14,6 +16,9 @@ from drillrig_env.calibrate.windows import UNITS
 _NOISES, _SHARE = 2.0, 0.015
 """Of noise and of a signal's standard deviation, more than both of which is a misfit: speeds that angles were made to
 are smooth, and their noise is more than it looks."""
+
+_TENTHS = float(norm.ppf(0.95))
+"""Within so many standard deviations nine tenths of normal residuals lie."""
 
 
 @dataclass(frozen=True)
@@ -30,16 +35,22 @@ class Misfit:
         return f"{self.source}: the model is off {self.signal} by {self.left:.2g} {unit}, its noise is {self.noise:.2g}"
 
 
-def misfits(calibration: Calibration) -> list[Misfit]:
-    """The signals that the best model does not follow, record by record."""
+def misfits(calibration: Calibration, parts: Sequence[Beside]) -> list[Misfit]:
+    """The signals that the best model does not follow, record by record, in all windows, fitted and held out.
+
+    What it is off by is the standard deviation of normal residuals nine tenths of which are as small as these are.
+    """
     found = []
-    problem = calibration.best.problem
-    for record, windows, left in zip(calibration.records, problem.windows, problem.noise, strict=True):
-        swing = np.nanstd(windows.data, axis=(0, 1))
-        speeds = [k for k, name in enumerate(windows.names) if name in SPEEDS]
+    for number, record in enumerate(calibration.records):
+        here = [one for one in parts if one.record == number]
+        names, noise = here[0].windows.names, here[0].windows.noise
+        data = np.concatenate([one.windows.data for one in here])
+        left = noise * np.nanquantile(np.abs(np.concatenate([one.residuals for one in here])), 0.9, (0, 1)) / _TENTHS
+        swing = np.nanstd(data, axis=(0, 1))
+        speeds = [k for k, name in enumerate(names) if name in SPEEDS]
         swing[speeds] = swing[speeds].max(initial=0.0)  # a stiff drive's own speed hardly swings
-        for k in np.flatnonzero((left > _NOISES * windows.noise) & (left > _SHARE * swing)):
-            found.append(Misfit(record.source, windows.names[k], float(left[k]), float(windows.noise[k])))
+        for k in np.flatnonzero((left > _NOISES * noise) & (left > _SHARE * swing)):
+            found.append(Misfit(record.source, names[k], float(left[k]), float(noise[k])))
     return found
 
 

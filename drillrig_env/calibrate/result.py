@@ -1,34 +1,31 @@
 """The folder of a calibration: rig and friction as files, how well they are known, joint draws, and a page.
 
     rig.toml, friction.toml    what fits best, read by `Rig.from_toml` and `Friction.from_toml`
-    calibration.json           intervals, misfits, the load, the records and their hashes, seed, versions, command
+    calibration.json           intervals, scores, misfits, load, the records' hashes, seed, versions, command
     draws.npz                  64 joint draws: `names`, and `values` of shape (64, names)
     index.html, *.png          measured beside model, what is known how well, what it means
 
-It is written whole, or not at all.
+It is written whole, or not at all, and by one process at a time.
 """
 
 from __future__ import annotations
 
-import html
 import os
-import secrets
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from drillrig_env.calibrate.calibration import Calibration
-from drillrig_env.calibrate.meaning import Meaning
-from drillrig_env.calibrate.misfit import misfit_words, misfits
-from drillrig_env.evaluation.provenance import provenance
-from drillrig_env.files import check_writable, json_text, write_text
-from drillrig_env.plots.style import Picture
+from drillrig_env.calibrate.page import page
+from drillrig_env.calibrate.report import Report
+from drillrig_env.files import check_writable, json_text, owned, write_text
+from drillrig_env.plots.style import Picture, look, save
 
-_FILES = ("rig.toml", "friction.toml", "calibration.json", "draws.npz", "index.html", "intervals.png")
+_FILES = ("rig.toml", "friction.toml", "calibration.json", "draws.npz", "index.html")
+_PICTURES = ("intervals.png", "correlations.png", "borders.png", "record_*.png")
 
 
 def check_free(folder: Path, overwrite: bool) -> None:
@@ -51,127 +48,77 @@ def check_free(folder: Path, overwrite: bool) -> None:
 
 def _of_a_result(path: Path) -> bool:
     """Whether a file has the name of one that a result has."""
-    return path.is_file() and (path.name in _FILES or fnmatch(path.name, "record_*.png"))
+    return path.is_file() and (path.name in _FILES or any(fnmatch(path.name, one) for one in _PICTURES))
 
 
-def write_result(
-    folder: Path,
-    calibration: Calibration,
-    means: Sequence[Meaning],
-    pictures: dict[str, Picture],
-    command: str,
-    overwrite: bool = False,
-) -> None:
-    """Write the folder; `command` is the line that made it, `pictures` are by the name of their file."""
-    check_free(folder, overwrite)
+@contextmanager
+def reserved(folder: Path, overwrite: bool = False) -> Iterator[Path]:
+    """A new folder to write a result into; when the block ends, it takes the place of `folder`, at once.
+
+    It lies within a hidden folder beside `folder`, which this process has for itself: what a run that was killed left
+    there goes, and a result that it had just put aside comes back. Where the block raises, `folder` is what it was and
+    nothing stays beside it. Raises `BlockingIOError` where another process is writing that result, and as `check_free`.
+    """
     folder = folder.resolve()
-    new = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
-    new.mkdir(parents=True)
+    check_writable(folder.parent)
+    hidden = folder.with_name(f".{folder.name}.calibrating")
+    new, old = hidden / "new", hidden / "old"
     try:
-        calibration.rig.to_toml(new / "rig.toml")
-        calibration.friction.to_toml(new / "friction.toml")
-        write_text(new / "calibration.json", json_text(summary(calibration, means, command)))
+        with owned(hidden):
+            if old.exists() and not folder.exists():
+                os.replace(old, folder)
+            check_free(folder, overwrite)
+            for left in (new, old):
+                shutil.rmtree(left, ignore_errors=True)
+            new.mkdir()
+            try:
+                yield new
+                _put(new, folder, old)
+            finally:
+                for left in (new, old):
+                    shutil.rmtree(left, ignore_errors=True)
+    except BlockingIOError as error:
+        raise BlockingIOError(str(error).replace(str(hidden), str(folder))) from None
+    finally:
+        _remove(hidden)
+
+
+def write_result(folder: Path, report: Report, pictures: Mapping[str, Picture]) -> None:
+    """Write the files into a folder that is there; `pictures` are by the name of their file.
+
+    `OSError` naming the folder where it cannot be written.
+    """
+    calibration = report.calibration
+    try:
+        calibration.rig.to_toml(folder / "rig.toml")
+        calibration.friction.to_toml(folder / "friction.toml")
+        write_text(folder / "calibration.json", json_text(report.summary()))
         unknowns = calibration.unknowns
         values = [list(unknowns.values(logs).values()) for logs in calibration.draws]
-        np.savez(new / "draws.npz", names=np.array(unknowns.names), values=np.array(values))
-        _write_page(new, calibration, means, pictures, command)
-        if folder.exists():
-            old = new.with_name(f"{new.name}.old")
-            os.replace(folder, old)
-            try:
-                os.replace(new, folder)
-            except OSError:
-                os.replace(old, folder)
-                raise
-            shutil.rmtree(old)
-        else:
-            os.replace(new, folder)
-    except OSError as error:  # a full disk names no file
-        raise type(error)(f"{folder} cannot be written: {(error.strerror or str(error)).lower()}") from error
-    finally:
-        shutil.rmtree(new, ignore_errors=True)
-
-
-def summary(calibration: Calibration, means: Sequence[Meaning], command: str) -> dict[str, Any]:
-    """What is known of a calibration, for calibration.json."""
-    best = calibration.best
-    return {
-        "parameters": {
-            name: {"value": value, "low": low, "high": high, "known": told}
-            for name, value, low, high, told in calibration.rows()
-        },
-        "probability": 0.9,
-        "load": calibration.load,
-        "means": {one.name: {"value": one.value, "low": one.low, "high": one.high} for one in means},
-        "misfits": [vars(one) for one in misfits(calibration)],
-        "cost": best.cost,
-        "costs": best.costs.tolist(),
-        "starts": best.starts,
-        "stopped": best.stopped,
-        "windows": calibration.spread.windows,
-        "records": [
-            {"file": one.source, "sha256": one.digest, "notes": list(one.notes)} for one in calibration.records
-        ],
-        "seed": calibration.seed,
-        "command": command,
-        "made": provenance(),
-    }
-
-
-def parameter_rows(calibration: Calibration) -> list[list[str]]:
-    """A row of text for each parameter: name, value, interval and how it is known."""
-    return [
-        [name, f"{value:.4g}", f"{low:.4g} to {high:.4g}", f"{50.0 * (high - low) / value:.1f} %", told]
-        for name, value, low, high, told in calibration.rows()
-    ]
-
-
-HEADINGS = ["parameter", "value", "90 % interval", "+-", "known"]
-
-
-def meaning_words(one: Meaning) -> str:
-    """A speed with its interval, or that the records do not tell it."""
-    if not one.determined:
-        return f"{one.name}: not determined by these records"
-    return f"{one.name}: {one.value:.3f} rad/s ({one.low:.3f} to {one.high:.3f})"
-
-
-def _write_page(
-    folder: Path, calibration: Calibration, means: Sequence[Meaning], pictures: dict[str, Picture], command: str
-) -> None:
-    from drillrig_env.plots.style import look, save
-
-    figures = []
-    for name, picture in pictures.items():
+        np.savez(folder / "draws.npz", names=np.array(unknowns.names), values=np.array(values))
         with look():
-            save(picture, folder, name, ["png"])
-        caption = html.escape(picture.caption)
-        figures.append(f'<figure><img src="{name}.png" alt=""><figcaption>{caption}</figcaption></figure>')
-    head, *body = (
-        "".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in (HEADINGS, *parameter_rows(calibration))
-    )
-    table = "\n".join(f"<tr>{line}</tr>" for line in (head.replace("td>", "th>"), *body))
-    notes = "".join(
-        f"<li>{html.escape(one.source)}: {html.escape('; '.join(one.notes))}</li>" for one in calibration.records
-    )
-    load = f"at N_1 = {calibration.load:.4g} N: "
-    words = [*(load + meaning_words(one) for one in means), *misfit_words(misfits(calibration))]
-    told = "".join(f"<li>{html.escape(one)}</li>" for one in words)
-    write_text(
-        folder / "index.html",
-        _PAGE.format(table=table, figures="\n".join(figures), told=told, notes=notes, command=html.escape(command)),
-    )
+            for name, picture in pictures.items():
+                save(picture, folder, name, ["png"])
+        captions = {name: picture.caption for name, picture in pictures.items()}
+        write_text(folder / "index.html", page(report, {folder / f"{name}.png": captions[name] for name in captions}))
+    except OSError as error:  # a full disk names no file
+        raise type(error)(f"the result cannot be written: {(error.strerror or str(error)).lower()}") from error
 
 
-_PAGE = """<!doctype html>
-<html lang="en"><meta charset="utf-8"><title>A calibrated rig</title>
-<style>body {{ font: 16px/1.5 sans-serif; max-width: 52em; margin: 2em auto; padding: 0 1em }}
-table {{ border-collapse: collapse }} td, th {{ border-bottom: 1px solid #ccc; padding: .2em .8em; text-align: left }}
-img {{ max-width: 100% }} figcaption {{ color: #555; font-size: 90% }}</style>
-<h1>A calibrated rig</h1>
-<h2>What it means</h2><ul>{told}</ul>
-<h2>Parameters</h2><table>{table}</table>
-<h2>Measured beside the model</h2>{figures}
-<h2>Records</h2><ul>{notes}</ul>
-<p>Made by <code>{command}</code></p></html>
-"""
+def _put(new: Path, folder: Path, old: Path) -> None:
+    """Put a folder in the place of another, which goes."""
+    if not folder.exists():
+        os.replace(new, folder)
+        return
+    os.replace(folder, old)
+    try:
+        os.replace(new, folder)
+    except OSError:
+        os.replace(old, folder)
+        raise
+
+
+def _remove(hidden: Path) -> None:
+    """Take the hidden folder away, where nobody has it: another may have begun to wait for it."""
+    with suppress(OSError), owned(hidden):
+        shutil.rmtree(hidden, ignore_errors=True)

@@ -1,7 +1,7 @@
 """The fit of a rig to records of it: on twins, whose rig is known."""
 
-import json
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,10 +11,8 @@ from drillrig_env.calibrate import command
 from drillrig_env.calibrate import fit as module
 from drillrig_env.calibrate.calibration import BY_RECORDS, calibrate, information
 from drillrig_env.calibrate.fit import fit
-from drillrig_env.calibrate.meaning import Meaning, meanings
 from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.records import Record
-from drillrig_env.calibrate.result import meaning_words, write_result
 from drillrig_env.calibrate.unknowns import OF_FRICTION, OF_RIGS, Unknowns
 from drillrig_env.calibrate.windows import Windows
 
@@ -114,11 +112,17 @@ def test_derivatives_are_those_of_the_cost_at_the_best_starts():
         assert slopes[k] == pytest.approx(difference, rel=0.02, abs=0.02 * np.abs(slopes).max())
 
 
-@pytest.fixture(scope="module")
-def calibrated():
+@cache
+def fitted():
+    """A calibration of two twins."""
     start = replace(Rig(), k_2=0.3659 * 1.2, J_2=0.0149 * 0.8, K_T=0.126 * 1.15)
     records = [STICKING, UNLOADED]
     return calibrate(records, start, Friction(10.0, 0.45, 0.34, 0.8), fix=FIXED, starts=2, seed=1)
+
+
+@pytest.fixture(name="calibrated")
+def _calibrated():
+    return fitted()
 
 
 def test_a_fit_finds_the_rig_of_a_twin(calibrated):
@@ -212,67 +216,13 @@ def test_no_records_are_refused():
         calibrate([])
 
 
-def test_the_meaning_of_a_calibration(calibrated):
-    critical, end = meanings(calibrated, 20.0, draws=8)
-    assert critical.value == pytest.approx(2.6886, abs=0.1)
-    assert critical.low < critical.value < critical.high
-    assert end.value > critical.value
-    assert "rad/s" in meaning_words(critical)
-    assert meaning_words(Meaning("fold", 3.0, 1.0, 9.0)) == "fold: not determined by these records"
-
-
 def csv_of(record, path):
     names = [*record.signals, "speed_reference", "normal_force"]
     columns = [record.time, *record.signals.values(), record.speed_reference, record.normal_force]
     np.savetxt(path, np.column_stack(columns), "%.6g", ",", header=",".join(["time", *names]), comments="")
 
 
-def test_the_command_writes_a_folder_that_other_commands_read(tmp_path, capsys):
-    csv_of(STICKING, tmp_path / "run.csv")
-    fixed = [name for name in FIXED if name not in ("T_r2", "C_1", "C_2")]
-    words = [str(tmp_path / "run.csv"), "--fix", *fixed, "--starts", "1", "--output", str(tmp_path / "out")]
-    assert command.main(words) == 0
-    printed = capsys.readouterr().out
-    assert "k_2" in printed
-    assert "critical speed: " in printed
-    names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {
-        "rig.toml",
-        "friction.toml",
-        "calibration.json",
-        "draws.npz",
-        "index.html",
-        "intervals.png",
-        "record_1.png",
-    }
-    rig, friction = Rig.from_toml(tmp_path / "out" / "rig.toml"), Friction.from_toml(tmp_path / "out" / "friction.toml")
-    kept = json.loads((tmp_path / "out" / "calibration.json").read_text(encoding="utf-8"))
-    assert rig.k_2 == pytest.approx(kept["parameters"]["k_2"]["value"])
-    assert friction.mu_k == pytest.approx(kept["parameters"]["mu_k"]["value"])
-    assert len(kept["records"][0]["sha256"]) == 64
-    with np.load(tmp_path / "out" / "draws.npz") as draws:
-        assert draws["values"].shape == (64, len(draws["names"]))
-    with pytest.raises(SystemExit):
-        command.main(words)
-    assert "is there already" in capsys.readouterr().err
-
-
 def test_the_command_looks_before_it_fits(tmp_path, capsys):
     csv_of(UNLOADED, tmp_path / "run.csv")
     assert command.main([str(tmp_path / "run.csv"), "--look", "--fix", "J_1=0.0288"]) == 0
     assert "relative standard deviation" in capsys.readouterr().out
-
-
-def test_a_result_is_written_whole_or_not_at_all(calibrated, tmp_path, monkeypatch):
-    monkeypatch.setattr("drillrig_env.calibrate.result._write_page", lambda *_: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        write_result(tmp_path / "out", calibrated, [], {}, "line")
-    assert list(tmp_path.iterdir()) == []
-
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("drillrig_env.calibrate.result._write_page", full)
-    with pytest.raises(OSError, match="out cannot be written: no space left on device"):
-        write_result(tmp_path / "out", calibrated, [], {}, "line")
-    assert list(tmp_path.iterdir()) == []

@@ -7,6 +7,7 @@ import pytest
 
 from drillrig_env import Friction, Rig
 from drillrig_env.calibrate import command
+from drillrig_env.calibrate.beside import beside
 from drillrig_env.calibrate.calibration import calibrate, information
 from drillrig_env.calibrate.misfit import misfit_words, misfits
 from drillrig_env.calibrate.result import check_free
@@ -91,10 +92,10 @@ def test_friction_comes_out_at_the_load_of_the_records():
 
 def test_what_the_model_does_not_follow_is_told():
     good = calibrate([STICKING, UNLOADED], None, Friction(10.0), fix=FEW, starts=1)
-    assert misfit_words(misfits(good)) == []
+    assert misfit_words(misfits(good, beside(good))) == []
     other = twin(2.0, 20.0, 24.0, rig=replace(Rig(), k_2=1.15 * Rig().k_2, J_2=1.3 * Rig().J_2))
     mixed = calibrate([STICKING, replace(other, source="other.csv")], None, Friction(10.0), fix=FEW, starts=1)
-    found = misfits(mixed)
+    found = misfits(mixed, beside(mixed))
     assert "other.csv" in {one.source for one in found}
     assert all(one.left > 2.0 * one.noise for one in found)
     *lines, why = misfit_words(found)

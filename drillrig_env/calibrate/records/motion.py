@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 
@@ -19,11 +20,15 @@ def period_of(time: FloatArray, signal: FloatArray) -> float | None:
     t, x = time[known], signal[known]
     if len(x) < _FEWEST or (spread := float(np.std(x))) <= _SWINGS * np.abs(x).max():
         return None
-    level = (x - x.mean()) / spread
-    sides = np.where(level > _HYSTERESIS, 1, np.where(level < -_HYSTERESIS, -1, 0))
+    places = rises(x, float(x.mean()), _HYSTERESIS * spread)
+    return float(np.median(np.diff(t[places]))) if len(places) >= _FEWEST else None
+
+
+def rises(signal: FloatArray, middle: float, band: float) -> npt.NDArray[np.intp]:
+    """The places at which a signal (n,) comes to more than `band` above a `middle` from more than that below it."""
+    sides = np.where(signal > middle + band, 1, np.where(signal < middle - band, -1, 0))
     outside = np.flatnonzero(sides)
-    rises = outside[1:][np.diff(sides[outside]) > 0]
-    return float(np.median(np.diff(t[rises]))) if len(rises) >= _FEWEST else None
+    return outside[1:][np.diff(sides[outside]) > 0]
 
 
 def is_aliased(signal: FloatArray) -> bool:

@@ -1,0 +1,107 @@
+"""All that is said of a calibration: in a terminal, on its page and in calibration.json."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from drillrig_env.calibrate import cycles, judged
+from drillrig_env.calibrate.beside import Beside, beside
+from drillrig_env.calibrate.borders import Borders, borders, loads
+from drillrig_env.calibrate.calibration import Calibration
+from drillrig_env.calibrate.cycles import Cycles, cycle_rows
+from drillrig_env.calibrate.judged import Judged, judged_rows
+from drillrig_env.calibrate.meaning import Meaning, meanings_of
+from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
+from drillrig_env.evaluation.provenance import provenance
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A calibration, how well it follows the records, and what it means."""
+
+    calibration: Calibration
+    command: str
+    parts: list[Beside]
+    judged: list[Judged]
+    cycles: list[Cycles]
+    misfits: list[Misfit]
+    borders: Borders | None  # None where the records have no load
+    means: list[Meaning]
+
+    @classmethod
+    def of(
+        cls,
+        calibration: Calibration,
+        command: str,
+        told: Callable[[int, int], None] | None = None,
+        draws: int | None = None,
+    ) -> Report:
+        """The report of a calibration that a `command` line has made; `told` and `draws` as for `borders`."""
+        parts = beside(calibration)
+        forces = loads(calibration)
+        found = borders(calibration, forces, draws, told) if len(forces) else None
+        return cls(
+            calibration,
+            command,
+            parts,
+            judged.judged(calibration, parts),
+            cycles.cycles(calibration, parts),
+            misfits(calibration, parts),
+            found,
+            [] if found is None else meanings_of(found),
+        )
+
+    def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
+        """A title, headings and rows for each table."""
+        found = [
+            ("Parameters", PARAMETERS, parameter_rows(self.calibration)),
+            ("How well the model follows the records", judged.HEADINGS, judged_rows(self.judged)),
+            ("Cycles of vibration", cycles.HEADINGS, cycle_rows(self.cycles)),
+        ]
+        return [one for one in found if one[2]]
+
+    def sentences(self) -> list[str]:
+        """What the calibration means, and where the model does not follow the records."""
+        load = f"at N_1 = {self.calibration.load:.4g} N: "
+        return [*(load + str(one) for one in self.means), *misfit_words(self.misfits)]
+
+    def summary(self) -> dict[str, Any]:
+        """What is known, for calibration.json."""
+        calibration, best = self.calibration, self.calibration.best
+        return {
+            "parameters": {
+                name: {"value": value, "low": low, "high": high, "known": told}
+                for name, value, low, high, told in calibration.rows()
+            },
+            "probability": 0.9,
+            "load": calibration.load,
+            "means": {one.name: {"value": one.value, "low": one.low, "high": one.high} for one in self.means},
+            "misfits": [asdict(one) for one in self.misfits],
+            "judged": [asdict(one) for one in self.judged],
+            "cycles": [asdict(one) for one in self.cycles],
+            "cost": best.cost,
+            "costs": best.costs.tolist(),
+            "starts": best.starts,
+            "stopped": best.stopped,
+            "windows": calibration.spread.windows,
+            "held_out": sum(map(len, calibration.held)),
+            "records": [
+                {"file": one.source, "sha256": one.digest, "notes": list(one.notes)} for one in calibration.records
+            ],
+            "seed": calibration.seed,
+            "command": self.command,
+            "made": provenance(),
+        }
+
+
+PARAMETERS = ["parameter", "value", "90 % interval", "+-", "known"]
+
+
+def parameter_rows(calibration: Calibration) -> list[list[str]]:
+    """A row of text for each parameter, under `PARAMETERS`."""
+    return [
+        [name, f"{value:.4g}", f"{low:.4g} to {high:.4g}", f"{50.0 * (high - low) / value:.1f} %", told]
+        for name, value, low, high, told in calibration.rows()
+    ]
