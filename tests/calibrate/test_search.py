@@ -141,7 +141,7 @@ def test_the_command_goes_on_with_a_search_that_was_stopped(tmp_path, capsys, mo
     monkeypatch.setattr(command, "_report", lambda calibration, *_: found.append(calibration.best))
     assert command.main(words_of(tmp_path, "--resume")) == 0
     assert not (tmp_path / "out.search.json").exists()
-    assert command.main(words_of(tmp_path)) == 0
+    assert command.main(words_of(tmp_path, "--overwrite")) == 0
     assert found[0].starts == 3
     same(*found)
 
