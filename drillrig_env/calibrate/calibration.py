@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.calibrate.beside_rig import check_records
 from drillrig_env.calibrate.fit import Best, fit
+from drillrig_env.calibrate.followed import check_followed
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE, split
 from drillrig_env.calibrate.kept import Kept
 from drillrig_env.calibrate.posterior import fleet_of
@@ -125,8 +127,9 @@ def calibrate(
     with more than one is to call this below `if __name__ == "__main__"`. `kept` keeps the starts that are done in its
     file, and has those of a search that was stopped.
 
-    Raises `ValueError` for a record without inputs or too short, an unknown parameter, and for fewer than 4 windows;
-    `NotFiniteError` where the model runs away from every start.
+    Raises `ValueError` for a record without inputs, too short, or of no rig like the one that the fit begins with, an
+    unknown parameter, fewer than 4 windows, and a best model that is nowhere near the records; `NotFiniteError` where
+    the model runs away from every start.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     starts = checked("calibrate", "starts", starts, "", COUNT)
@@ -136,8 +139,10 @@ def calibrate(
     count = sum(map(len, windows))
     if count < LEAST_WINDOWS:
         length = windows[0].period * windows[0].data.shape[1]
+        sources = ", ".join(one.source for one in records)
         allowed = f">= {LEAST_WINDOWS}, here of {length:.3g} s; longer records, or shorter windows"
-        raise refuse("calibrate", "number of windows", count, "", allowed)
+        raise refuse(sources, "number of windows", count, "", allowed)
+    check_records(list(records), windows, rig, unknowns.friction)
     windows, held = split(windows, checked("calibrate", "held_out", held_out, "", SHARE))
     if not any(np.any(one.forces > 0.0) for one in windows):  # nothing presses: friction cannot be seen
         weigh = {name: share for name, share in (weigh or {}).items() if name not in OF_FRICTION}
@@ -145,6 +150,7 @@ def calibrate(
     with Workers(jobs) as workers:
         search = Search(workers, kept)
         best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told, search)
+    check_followed(records, best)
     spread = spread_of(best)
     return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed, tuple(held))
 

@@ -57,7 +57,10 @@ class Windows:
         span = float(record.time[-1])
         count = int((span / period + 1e-9) // steps)
         if count < 1:
-            raise refuse(record.source, "length of the record", span, "s", f">= {steps * period:g} for one window")
+            raise ValueError(
+                f"{record.source}: length of the record = {span:g} s is not allowed; allowed: >= "
+                f"{steps * period:.3g} s, which is one window; is its time in another unit?"
+            )
         names = tuple(name for name in CHANNELS if np.isfinite(record.signals.get(name, np.nan)).any())
         if not names:
             raise ValueError(f"{record.source}: no signal has a sample; allowed: at least one of {', '.join(CHANNELS)}")

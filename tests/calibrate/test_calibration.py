@@ -200,7 +200,7 @@ def test_ctrl_c_before_anything_is_found_ends_it():
     [
         (replace(STICKING, speed_reference=None), {}, "twin.csv: the speed_reference is missing"),
         (replace(STICKING, normal_force=None), {}, "twin.csv: the normal_force is missing"),
-        (STICKING, {"window": 30.0}, r"twin.csv: length of the record = 24.0 s is not allowed; allowed: >= 30"),
+        (STICKING, {"window": 30.0}, r"twin.csv: length of the record = 24 s is not allowed; allowed: >= 30"),
         (STICKING, {"window": 9.0}, "number of windows = 2 is not allowed; allowed: >= 4"),
         (STICKING, {"fix": {"J1": None}}, "unknown parameter 'J1'; did you mean J_1"),
         (STICKING, {"starts": 0}, "starts = 0 is not allowed"),

@@ -100,7 +100,8 @@ def check_speeds(record: Record, readings: Mapping[str, Reading]) -> None:
     ordered = sorted(means, key=lambda name: abs(means[name]))
     slow, fast = ordered[0], ordered[-1]
     apart = abs(means[fast] - means[slow]) * float(record.time[-1])
-    if apart > _TWIST and abs(means[fast]) > 2.0 * abs(means[slow]):
+    opposite = means[fast] * means[slow] < 0.0
+    if apart > _TWIST and (opposite or abs(means[fast]) > 2.0 * abs(means[slow])):
         raise ValueError(
             f"{record.source}: in mean {fast} is {means[fast]:.4g} rad/s and {slow} {means[slow]:.4g} rad/s, which "
             f"winds up the string by {apart:.3g} rad; allowed: at most {_TWIST:g} rad; "
