@@ -185,7 +185,9 @@ def _fast(
     contacts = pieces.friction.contacts(rig, pieces.references, len(pieces.references))
     if disc is not None:
         disc.put_on(contacts, 0.0)
-    runs = advance_along(rig, contacts[None], pieces.which, state[None], pieces.intervals, period, tolerance, drive)
+    runs = advance_along(
+        rig, contacts[None], pieces.which, state[None], pieces.intervals[None], period, tolerance, drive
+    )
     return np.concatenate([state[None], runs[0]])
 
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray, Records
 from drillrig_env.calibrate.windows import Windows
 from drillrig_env.friction import Friction
-from drillrig_env.jit.compiled import compiled
+from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.model import STATE_NAMES, frictionless_state, steady_state
 from drillrig_env.rig import Rig
+from drillrig_env.stepper.along import advance_over, parts_of
 from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
-from drillrig_env.stepper.propagator import advance
 from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.times import step_of
 from drillrig_env.stepper.workspace import workspace
 
 _STANDING = 0.03
@@ -29,12 +31,12 @@ def starts_of(windows: Windows, rig: Rig, friction: Friction, contacts: np.ndarr
     else in steady rotation at the first measured speed, and follows what is measured from step to step.
     """
     n, m, _ = windows.data.shape
-    measured = np.full((n * m, 7), np.nan)
-    first = np.full(7, np.nan)
+    measured, before = np.full((n, m, 7), np.nan), np.full((n, 7), np.nan)
     for i, name in enumerate(windows.names):
         if name in STATE_NAMES:
-            measured[:, STATE_NAMES.index(name)] = windows.data[:, :, i].ravel()
-            first[STATE_NAMES.index(name)] = windows.before[0, i]
+            measured[:, :, STATE_NAMES.index(name)] = windows.data[:, :, i]
+            before[:, STATE_NAMES.index(name)] = windows.before[:, i]
+    first = before[0]
     speeds = [(k, first[k]) for k in (4, 2, 3) if np.isfinite(first[k])]
     speed = float(speeds[0][1]) if speeds else float(windows.references[0, 0])
     fastest = np.nanmax(np.abs(measured[:, 2:5]), initial=0.0)
@@ -43,22 +45,44 @@ def starts_of(windows: Windows, rig: Rig, friction: Friction, contacts: np.ndarr
     else:
         pressed = Friction(float(windows.forces[0, 0]), friction.mu_s, friction.mu_k, friction.v_b, law=friction.law)
         state = np.where(np.isfinite(first), first, steady_state(rig, pressed, max(speed, rig.omega_s)))
-    tables = step_tables(rig, windows.period)
-    states = np.empty((n * m + 1, 7))
-    states[0] = state
-    _follow(states, contacts.ravel(), measured, tables.ladders, workspace())
-    return states[:-1:m].copy()
+    _, period = step_of(rig, windows.period)
+    coarse, fine = step_tables(rig, period), step_tables(rig, period / UNITS)
+    begins = np.where(windows.follows[:, None], np.nan, before)
+    parts = parts_of(windows.lengths, period)
+    states = np.empty((n, 7))
+    _follow(states, state, contacts, begins, measured, parts, period, coarse.ladders, fine.ladders, workspace())
+    return states
 
 
 @compiled
-def _follow(states: FloatArray, contacts: Records, measured: FloatArray, ladders: Records, works: Records) -> None:
-    work, ladder = works[0], ladders[0]
-    y = work.y
-    for i in range(contacts.shape[0]):
-        contact = contacts[i]
-        from_equilibrium(states[i], contact, ladder, y)
-        advance(y, contact, ladders, 0, work, False, UNITS)
-        to_states(y, contact, ladder, states[i + 1])
-        for k in range(7):
-            if np.isfinite(measured[i, k]):
-                states[i + 1, k] += _TAKEN * (measured[i, k] - states[i + 1, k])
+def _follow(
+    states: FloatArray,
+    start: FloatArray,
+    contacts: Records,
+    begins: FloatArray,
+    measured: FloatArray,
+    parts: npt.NDArray[np.int64],
+    period: float,
+    coarse: Records,
+    fine: Records,
+    works: Records,
+) -> None:
+    work, ladder = works[0], coarse[0]
+    y, state = work.y, start.copy()
+    for window in range(contacts.shape[0]):
+        _lead(state, begins[window], 1.0)
+        states[window] = state
+        for i in range(contacts.shape[1]):
+            contact = contacts[window, i]
+            from_equilibrium(state, contact, ladder, y)
+            advance_over(contact, coarse, fine, work, parts[window, i], period, 0.0)
+            to_states(y, contact, ladder, state)
+            _lead(state, measured[window, i], _TAKEN)
+
+
+@inlined
+def _lead(state: FloatArray, measured: FloatArray, share: float) -> None:
+    """Take over a share of the difference to what was measured, where something was."""
+    for k in range(7):
+        if np.isfinite(measured[k]):
+            state[k] += share * (measured[k] - state[k])

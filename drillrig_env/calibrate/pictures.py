@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from drillrig_env.calibrate.calibration import BY_RECORDS, Calibration
 from drillrig_env.calibrate.projection import run_windows
 from drillrig_env.calibrate.windows import UNITS
@@ -20,7 +18,7 @@ def draw_record(calibration: Calibration, number: int) -> Picture:
     shown = windows.shown(calibration.rig, run_windows(windows, calibration.rig, calibration.friction, starts))
     count = min(_SHOWN, len(windows))
     steps = windows.data.shape[1]
-    time = windows.period * (1.0 + np.arange(count * steps))
+    time = windows.times[:count].ravel()
     with look():
         figure = new_figure(0.6 + 1.3 * len(windows.names))
         panels = figure.subplots(len(windows.names), 1, sharex=True, squeeze=False)[:, 0]
@@ -33,7 +31,7 @@ def draw_record(calibration: Calibration, number: int) -> Picture:
             axes.set_ylabel(f"{name.replace('_', ' ')},\n{UNITS[name]}")
         panels[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=2)
         panels[-1].set_xlabel(TIME)
-        panels[-1].set_xlim(0.0, time[-1])
+        panels[-1].set_xlim(windows.times[0, 0] - windows.lengths[0, 0], time[-1])
     source = calibration.records[number].source
     return Picture(figure, f"{source}: the first {count} windows, each with a start of its own.")
 

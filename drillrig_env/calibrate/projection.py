@@ -116,7 +116,7 @@ class Problem:
         n, size = here.shape
         moved = np.repeat(starts[None], 7, axis=0) + (_STEP * self.loose * np.eye(7))[:, None, :]
         windows = self.windows[i]
-        states = run_windows(windows, rig, friction, moved.reshape(-1, 7), copies=7).reshape(7, n, -1, 7)
+        states = run_windows(windows, rig, friction, moved.reshape(-1, 7)).reshape(7, n, -1, 7)
         shown = np.stack([windows.shown(rig, one) for one in states])
         there = np.where(np.isfinite(windows.data), (shown - windows.data) / self.noise[i], 0.0).reshape(7, n, -1)
         found = np.zeros((n, size + 7, 7))
@@ -139,13 +139,14 @@ def _contacts(windows: Windows, rig: Rig, friction: Friction) -> np.ndarray:
     return pressed.contacts(rig, windows.references.ravel(), forces.size).reshape(windows.forces.shape)
 
 
-def run_windows(windows: Windows, rig: Rig, friction: Friction, starts: FloatArray, copies: int = 1) -> FloatArray:
-    """States at the end of every step of every window from its start, shape (copies * n, m, 7)."""
-    contacts = np.tile(_contacts(windows, rig, friction), (copies, 1))
+def run_windows(windows: Windows, rig: Rig, friction: Friction, starts: FloatArray) -> FloatArray:
+    """States at the end of every step of every window from its start, shape (copies * n, m, 7).
+
+    `starts` has shape (copies * n, 7): those of all windows, one copy after the other.
+    """
+    contacts = _contacts(windows, rig, friction)
     _, period = step_of(rig, windows.period)
-    steps = contacts.shape[1]
-    lengths = np.full(steps, windows.period)
-    states = advance_along(rig, contacts, np.arange(steps), starts, lengths, period)
+    states = advance_along(rig, contacts, np.arange(contacts.shape[1]), starts, windows.lengths, period)
     if not np.isfinite(states).all():
         raise NotFiniteError("calibrate: the model runs away from one of the starts")
     return states

@@ -1,8 +1,9 @@
-"""A record cut into windows on a grid of times: what goes into the model there, and what was measured."""
+"""A record cut into windows, from sample to sample: what goes into the model there, and what was measured."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,9 @@ UNITS = {**dict.fromkeys(SPEEDS, "rad/s"), "current": "A", "voltage": "V", "torq
 _FAR = 2.5
 """Samples more than so many usual distances apart have a gap between them."""
 
+_JUMP = 0.05
+"""Of an input's maximum: less is noise."""
+
 _NOISY = {"speed_reference": 0.05, "normal_force": 2.0}
 """How far below 0 noise may take an input, as a share of its maximum: of the force, all there is without load."""
 
@@ -30,29 +34,34 @@ _LEAST_STEPS = 20
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """n windows of m steps of `period` (s) each, of one record."""
+    """n windows of m steps each, of one record; a step goes from a sample to a later one."""
 
-    period: float
-    references: FloatArray  # (n, m), rad/s, held over each step
+    period: float  # s: the usual length of a step
+    times: FloatArray  # (n, m), s: the end of each step in the record
+    lengths: FloatArray  # (n, m), s
+    references: FloatArray  # (n, m), rad/s, the mean over each step, held over it
     asked: FloatArray  # (n, m), rad/s: the reference at the end of each step, which a voltage goes by
-    forces: FloatArray  # (n, m), N
+    forces: FloatArray  # (n, m), N, the mean over each step
     data: FloatArray  # (n, m, channels): measured at the end of each step, NaN where it was not
     names: tuple[str, ...]  # of the channels
     noise: FloatArray  # (channels,): standard deviation of what is measured
     before: FloatArray  # (n, channels): measured at the beginning of each window
+    follows: npt.NDArray[np.bool_]  # (n,): whether a window begins where the one before it in the record ends
     whole: Windows | None = None  # all of the record, where these are some of them
     places: npt.NDArray[np.int64] | None = None  # (n,): where they are among those
 
     @classmethod
     def of(cls, record: Record, period: float, length: float) -> Windows:
-        """Cut a record into windows of `length` s with steps of `period` s; what is left over at the end is left out.
+        """Cut a record into windows of `length` s with steps of at most `period` s, or of one sample.
 
-        Between two samples that are close a line counts; samples in between are passed over: means of them would be
-        late where currents are fast. A signal without any sample is left out, and what noise takes inputs below 0 is 0.
+        Steps begin and end at samples: values between them would be late where currents are fast, and less noisy than
+        those measured. No window spans a long gap; what is left over before one and at the end is left out. A signal
+        without any sample is left out too, and what noise takes inputs below 0 is 0.
         Raises `ValueError` for a record without speed reference, normal force or signal, or too short for one window.
         """
         references = _input(record, "speed_reference", "rad/s")
         loads = _input(record, "normal_force", "N")
+<<<<<<< HEAD
         steps = max(_LEAST_STEPS, round(length / period))
         span = float(record.time[-1])
         count = int((span / period + 1e-9) // steps)
@@ -61,22 +70,39 @@ class Windows:
                 f"{record.source}: length of the record = {span:g} s is not allowed; allowed: >= "
                 f"{steps * period:.3g} s, which is one window; is its time in another unit?"
             )
+=======
+>>>>>>> 7b13e33 (Cut records from sample to sample: on a grid between them inputs changed too late, and J_3 and L came out 18 % wrong)
         names = tuple(name for name in CHANNELS if np.isfinite(record.signals.get(name, np.nan)).any())
         if not names:
             raise ValueError(f"{record.source}: no signal has a sample; allowed: at least one of {', '.join(CHANNELS)}")
-        total = count * steps
-        times = period * np.arange(total + 1, dtype=float)
-        table = np.stack([_at(times, record.time, record.signals[name]) for name in names], axis=-1)
-        held = np.clip(np.searchsorted(record.time, times + 0.5 * period) - 1, 0, None)
+        stride = max(1, int(period / record.sample_period + 1e-6))
+        period = stride * record.sample_period
+        steps = max(_LEAST_STEPS, round(length / period))
+        changes = _jumps(references) | _jumps(loads)
+        gaps = _gaps(np.diff(record.time), changes, 0.1 * steps * period)
+        begins, follows = _cut(gaps, len(record.time), stride * steps)
+        if not len(begins):
+            raise refuse(
+                record.source,
+                "length of the record",
+                float(record.time[-1]),
+                "s",
+                f">= {steps * period:g} for one window without gaps",
+            )
+        ends = begins[:, None] + stride * np.arange(1, steps + 1)
+        table = np.stack([record.signals[name] for name in names], axis=-1)
         return cls(
             period,
-            references[held[:-1]].reshape(count, steps),
-            references[held[1:]].reshape(count, steps),
-            loads[held[:-1]].reshape(count, steps),
-            table[1:].reshape(count, steps, len(names)),
+            record.time[ends],
+            record.time[ends] - record.time[ends - stride],
+            _means(references, record.time, ends, stride),
+            references[ends],
+            _means(loads, record.time, ends, stride),
+            table[ends],
             names,
             np.array([_noise(table[:, i]) for i in range(len(names))]),
-            table[:-1:steps],
+            table[begins],
+            follows,
         )
 
     def __len__(self) -> int:
@@ -86,11 +112,14 @@ class Windows:
         """Those at some places, shape (n,), ascending; they keep the `whole` that a model is led along to them."""
         return replace(
             self,
+            times=self.times[places],
+            lengths=self.lengths[places],
             references=self.references[places],
             asked=self.asked[places],
             forces=self.forces[places],
             data=self.data[places],
             before=self.before[places],
+            follows=self.follows[places],
             whole=self if self.whole is None else self.whole,
             places=places if self.places is None else self.places[places],
         )
@@ -121,16 +150,35 @@ def _input(record: Record, name: str, unit: str) -> FloatArray:
     return np.asarray(np.maximum(values, 0.0))
 
 
-def _at(times: FloatArray, sampled: FloatArray, values: FloatArray) -> FloatArray:
-    """Values at some times, on the line between the samples beside each; NaN where one is missing or far."""
-    held = np.isfinite(values)
-    usual = float(np.median(np.diff(sampled)))
-    after = np.clip(np.searchsorted(sampled, times - 1e-6 * usual), 0, len(sampled) - 1)
-    before = np.maximum(after - 1, 0)
-    on = np.abs(sampled[after] - times) <= 1e-6 * usual
-    found = np.interp(times, sampled[held], values[held]) if held.any() else np.full(len(times), np.nan)
-    near = held[before] & held[after] & (sampled[after] - sampled[before] <= _FAR * usual)
-    return np.asarray(np.where(np.where(on, held[after], near), np.where(on, values[after], found), np.nan))
+def _jumps(values: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether an input changes, by more than noise does, from a sample to the next."""
+    return np.asarray(np.abs(np.diff(values)) > _JUMP * values.max())
+
+
+def _gaps(distances: FloatArray, changes: npt.NDArray[np.bool_], longest: float) -> npt.NDArray[np.intp]:
+    """The samples before which there is a gap that no window may span, of n - 1 distances between samples (s).
+
+    It is longer than `longest` s, or inputs change in it, nobody knows when.
+    """
+    far = distances > _FAR * np.median(distances)
+    return np.flatnonzero(far & (changes | (distances > longest))) + 1
+
+
+def _cut(gaps: npt.NDArray[np.intp], count: int, size: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.bool_]]:
+    """The samples at which windows of `size` samples begin between the gaps, and which of them follow another."""
+    pieces = [
+        np.arange(begin, end - size, size) for begin, end in pairwise([0, *gaps.tolist(), count]) if end - begin > size
+    ]
+    begins = np.concatenate([np.zeros(0, dtype=np.intp), *pieces])
+    return begins, np.concatenate([[False], np.diff(begins) == size])[: len(begins)]
+
+
+def _means(values: FloatArray, time: FloatArray, ends: npt.NDArray[np.intp], stride: int) -> FloatArray:
+    """The means of an input, held from each sample to the next, over `stride` samples before each of the `ends`."""
+    if stride == 1:
+        return values[ends - 1]
+    sums = np.concatenate([[0.0], np.cumsum(values[:-1] * np.diff(time))])
+    return np.asarray((sums[ends] - sums[ends - stride]) / (time[ends] - time[ends - stride]))
 
 
 def _noise(values: FloatArray) -> float:

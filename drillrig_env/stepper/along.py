@@ -31,29 +31,32 @@ def advance_along(
 ) -> FloatArray:
     """Advance runs of one rig over n intervals of some `lengths` (s), with the contact of each; shape (runs, n, 7).
 
-    `contacts` are records of CONTACT, shape (runs, m), of which interval i has the one of index `which[i]`; `states`
-    has shape (runs, 7), and `period` (s) is what steps are taken from. On a tilted disc the angle of the first contact
-    of a run is m theta_1 + phi at its start; those of the others follow. `drive` takes the place of the rig's own.
+    `states` has shape (runs, 7). `contacts` are records of CONTACT, shape (k, m), of which interval i has the one of
+    index `which[i]`, and `lengths` has shape (k, n): run r has those of row r modulo k. `period` (s) is what steps are
+    taken from. On a tilted disc the angle of the first contact of a run is m theta_1 + phi at its start; those of the
+    others follow. `drive` takes the place of the rig's own.
     """
-    parts = _parts(lengths, period)
+    parts = parts_of(lengths, period)
     coarse = step_tables(rig, period, tolerance, drive)
-    fine = step_tables(rig, period / UNITS, tolerance, drive) if parts[:, 2].any() else coarse
-    result = np.empty((len(contacts), len(which), 7))
+    fine = step_tables(rig, period / UNITS, tolerance, drive) if parts[..., 2].any() else coarse
+    result = np.empty((len(states), len(which), 7))
     starts, contacts = np.array(states, dtype=float), contacts.copy()
-    _advance(starts, contacts, which, parts, period, coarse.ladders, fine.ladders, workspace(), result)
+    angles = contacts["angle"][:, 0].copy()
+    _advance(starts, contacts, angles, which, parts, period, coarse.ladders, fine.ladders, workspace(), result)
     return result
 
 
-def _parts(lengths: FloatArray, period: float) -> npt.NDArray[np.int64]:
-    """How many periods, units and units of a unit there are in each of n lengths; shape (n, 3)."""
+def parts_of(lengths: FloatArray, period: float) -> npt.NDArray[np.int64]:
+    """How many periods, units and units of a unit there are in each of some lengths, shape (..., 3)."""
     periods, rest = np.divmod(np.rint(lengths / period * UNITS**2), UNITS**2)
-    return np.stack([periods, *np.divmod(rest, UNITS)], axis=1).astype(np.int64)
+    return np.stack([periods, *np.divmod(rest, UNITS)], axis=-1).astype(np.int64)
 
 
 @compiled
 def _advance(
     starts: FloatArray,
     contacts: Records,
+    angles: FloatArray,
     which: npt.NDArray[np.intp],
     parts: npt.NDArray[np.int64],
     period: float,
@@ -65,20 +68,39 @@ def _advance(
     work, ladder = works[0], coarse[0]
     y = work.y
     for run in range(result.shape[0]):
-        angle = float(contacts[run, 0].angle)
+        row = run % contacts.shape[0]
+        angle = angles[row]
         for i in range(result.shape[1]):
-            contact = contacts[run, which[i]]
+            contact = contacts[row, which[i]]
             if i == 0 or which[i] != which[i - 1]:
                 from_equilibrium(starts[run] if i == 0 else result[run, i - 1], contact, ladder, y)
-            contact.period = period
-            for _ in range(parts[i, 0]):
-                angle = _turn(contact, coarse, work, UNITS, angle)
-            if parts[i, 1] > 0:
-                angle = _turn(contact, coarse, work, parts[i, 1], angle)
-            if parts[i, 2] > 0:
-                contact.period = period / UNITS
-                angle = _turn(contact, fine, work, parts[i, 2], angle)
+            angle = advance_over(contact, coarse, fine, work, parts[row, i], period, angle)
             to_states(y, contact, ladder, result[run, i])
+
+
+@inlined
+def advance_over(
+    contact: Record,
+    coarse: Records,
+    fine: Records,
+    work: Record,
+    parts: npt.NDArray[np.int64],
+    period: float,
+    angle: float,
+) -> float:
+    """Advance `work.y` over an interval of some `parts_of` a period (s); the `angle` (rad) of a tilted disc after it.
+
+    `coarse` and `fine` are the ladders of the period and of a unit of it.
+    """
+    contact.period = period
+    for _ in range(parts[0]):
+        angle = _turn(contact, coarse, work, UNITS, angle)
+    if parts[1] > 0:
+        angle = _turn(contact, coarse, work, parts[1], angle)
+    if parts[2] > 0:
+        contact.period = period / UNITS
+        angle = _turn(contact, fine, work, parts[2], angle)
+    return angle
 
 
 @inlined

@@ -77,10 +77,58 @@ def test_samples_count_at_their_times_and_gaps_stay_open():
     np.testing.assert_array_equal(windows.data[0, :50, 0], record.signals["bit_speed"][4:204:4])
     assert np.isnan(windows.data[0, 50:74]).all()
     assert np.isfinite(windows.data[1]).all()
-    uneven = replace(record, time=time + 0.001 * (np.arange(len(time)) % 2))
-    shifted = Windows.of(uneven, 0.0213, 3.0)
-    expected = np.interp(0.0213 * np.arange(1, 10), uneven.time, record.signals["bit_speed"])
-    np.testing.assert_allclose(shifted.data[0, :9, 0], expected)
+
+
+def test_steps_go_from_sample_to_sample_and_inputs_are_means_over_them():
+    record = twin([(0.0, 2.0), (1.015, 4.0)], 20.0, 7.0, period=0.005)
+    uneven = replace(record, time=record.time + 0.001 * (np.arange(len(record.time)) % 2))
+    windows = Windows.of(uneven, 0.02, 3.0)
+    np.testing.assert_array_equal(windows.times[0], uneven.time[4:601:4])
+    np.testing.assert_allclose(windows.lengths[0], np.diff(uneven.time[:601:4]))
+    np.testing.assert_array_equal(windows.data[0, :, 0], record.signals["bit_speed"][4:601:4])
+    assert windows.references[0, 49] == pytest.approx(2.0)
+    assert windows.references[0, 50] == pytest.approx((0.016 * 2.0 + 0.004 * 4.0) / 0.02)
+    assert windows.asked[0, 50] == 4.0
+
+
+def test_no_window_spans_a_long_gap_or_a_change_in_a_gap():
+    record = twin([(0.0, 2.0), (4.02, 4.0)], 20.0, 10.0)
+    time = record.time
+
+    def without(begin, end):
+        kept = (time < begin) | (time > end)
+        signals = {name: values[kept] for name, values in record.signals.items()}
+        inputs = {name: getattr(record, name)[kept] for name in ("speed_reference", "normal_force")}
+        return Windows.of(replace(record, time=time[kept], signals=signals, **inputs), 0.02, 1.0)
+
+    whole, short = without(20.0, 20.0), without(2.47, 2.53)
+    assert whole.follows.tolist() == [False] + 9 * [True]
+    assert short.follows.tolist() == [False] + 8 * [True]
+    assert short.lengths.max() == pytest.approx(0.08)  # a step of its own
+    for begin, end in ((2.4, 3.2), (3.99, 4.05)):
+        cut = without(begin, end)
+        assert cut.lengths.max() == pytest.approx(0.02)
+        (after,) = np.flatnonzero(~cut.follows[1:]) + 1
+        assert cut.times[after - 1, -1] < begin
+        assert cut.times[after, 0] > end
+    with pytest.raises(ValueError, match=r"length of the record = 10\.0 s is not allowed; allowed: >= 11 for one"):
+        Windows.of(record, 0.02, 11.0)
+
+
+def test_a_model_led_along_an_uneven_record_with_a_gap_is_where_the_rig_is():
+    record = twin([(0.0, 2.0), (4.0, 4.0)], 20.0, 16.0, noise=0.0, period=0.01)
+    kept = np.random.default_rng(0).random(len(record.time)) < 0.8
+    kept &= (record.time < 9.0) | (record.time > 9.8)
+    signals = {name: values[kept] for name, values in record.signals.items()}
+    inputs = {name: getattr(record, name)[kept] for name in ("speed_reference", "normal_force")}
+    noise = np.array(list(NOISE.values()))
+    problem = problem_of(replace(record, time=record.time[kept], signals=signals, **inputs), noise=noise)
+    zero = np.zeros(len(LOOKED_FOR))
+    problem.begin(zero)
+    (residuals,) = problem.residuals(zero)
+    changes = np.abs(residuals[:, :-7]).reshape(len(residuals), -1).max(axis=1)
+    assert np.median(changes) < 0.1
+    assert len(residuals) - problem.windows[0].follows.sum() == 2
 
 
 def test_without_noise_the_best_starts_are_the_states_themselves():
