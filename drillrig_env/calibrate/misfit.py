@@ -13,7 +13,7 @@ from drillrig_env.calibrate.calibration import Calibration
 from drillrig_env.calibrate.records import SPEEDS
 from drillrig_env.calibrate.windows import UNITS
 
-_NOISES, _SHARE = 2.0, 0.015
+_NOISES, _SHARE = 1.5, 0.015
 """Of noise and of a signal's standard deviation, more than both of which is a misfit: speeds that angles were made to
 are smooth, and their noise is more than it looks."""
 
