@@ -61,17 +61,6 @@ class Windows:
         """
         references = _input(record, "speed_reference", "rad/s")
         loads = _input(record, "normal_force", "N")
-<<<<<<< HEAD
-        steps = max(_LEAST_STEPS, round(length / period))
-        span = float(record.time[-1])
-        count = int((span / period + 1e-9) // steps)
-        if count < 1:
-            raise ValueError(
-                f"{record.source}: length of the record = {span:g} s is not allowed; allowed: >= "
-                f"{steps * period:.3g} s, which is one window; is its time in another unit?"
-            )
-=======
->>>>>>> 7b13e33 (Cut records from sample to sample: on a grid between them inputs changed too late, and J_3 and L came out 18 % wrong)
         names = tuple(name for name in CHANNELS if np.isfinite(record.signals.get(name, np.nan)).any())
         if not names:
             raise ValueError(f"{record.source}: no signal has a sample; allowed: at least one of {', '.join(CHANNELS)}")
@@ -82,12 +71,9 @@ class Windows:
         gaps = _gaps(np.diff(record.time), changes, 0.1 * steps * period)
         begins, follows = _cut(gaps, len(record.time), stride * steps)
         if not len(begins):
-            raise refuse(
-                record.source,
-                "length of the record",
-                float(record.time[-1]),
-                "s",
-                f">= {steps * period:g} for one window without gaps",
+            raise ValueError(
+                f"{record.source}: length of the record = {record.time[-1]:g} s is not allowed; allowed: >= "
+                f"{steps * period:.3g} s without long gaps, which is one window; is its time in another unit?"
             )
         ends = begins[:, None] + stride * np.arange(1, steps + 1)
         table = np.stack([record.signals[name] for name in names], axis=-1)
