@@ -2,7 +2,8 @@
 
 At the best parameters the pulls of all windows add up to nothing; how far they lie apart tells the spread (the sandwich
 of Huber, 1967, with windows as clusters: Liang & Zeger, 1986). Residuals of a window may hang together as they like, as
-those of a model that is not quite the rig do, while errors of least squares would count every sample as news.
+those of a model that is not quite the rig do, while errors of least squares count every sample as news. A window that
+tells much by itself pulls the fit to it and disagrees too little, which is made up for (Bell & McCaffrey, 2002: CR2).
 """
 
 from __future__ import annotations
@@ -20,9 +21,8 @@ from drillrig_env.calibrate.unknowns import WIDE
 LEAST_WINDOWS = 4
 """So many windows must be there, or how far they disagree cannot be told."""
 
-_FEW, _FEWEST = 2, 20
-"""With fewer windows than so many times the parameters, or than so many, deviations are at least those of least
-squares, wider by what so few windows leave uncertain."""
+_LEAST_REST = 1e-6
+"""Least share of what is known that is taken to come from other windows."""
 
 _KNOWN, _LOOSE = 0.5, 10.0
 """A parameter whose deviation is below this share of what it was beforehand is determined by the records, if it still
@@ -34,8 +34,8 @@ would be known by where the fit began."""
 class Spread:
     """What is known of the logarithms of the parameters: their covariance, as of a normal distribution.
 
-    It is wider than the sandwich's by what so few windows leave uncertain of that. `determined` tells which the
-    records know better than was known beforehand.
+    It is wider than the sandwich's by what so few windows leave uncertain of that, and nowhere below that of least
+    squares. `determined` tells which the records know better than was known beforehand.
     """
 
     covariance: FloatArray  # (names, names)
@@ -69,20 +69,26 @@ def spread_of(best: Best) -> Spread:
     score, curvature = np.concatenate(scores), np.concatenate(curvatures)
     n = len(score)
     total = curvature.sum(axis=0) + np.diag(beforehand**-2)
-    pulls = np.linalg.solve(total, (score - score.mean(axis=0)).T).T
-    wider = student.ppf(0.95, n - 1) / norm.ppf(0.95)
-    covariance = n / (n - 1) * wider**2 * pulls.T @ pulls
     inverse = np.linalg.inv(total)
-    covariance = covariance + inverse @ np.diag(beforehand**-2) @ inverse  # what was known beforehand is news too
-    if n < max(_FEW * len(total), _FEWEST):  # so few cannot tell how far they disagree
-        inflated = np.maximum(wider, np.sqrt(np.diag(covariance) / np.diag(inverse)))
-        covariance = inverse * np.outer(inflated, inflated)
+    pulls = _pulls(score - score.mean(axis=0), curvature, inverse)
+    wider = student.ppf(0.95, n - 1) / norm.ppf(0.95)
+    apart = n / (n - 1) * np.diag(pulls.T @ pulls) + np.diag(inverse @ np.diag(beforehand**-2) @ inverse)
+    inflated = wider * np.sqrt(np.maximum(1.0, apart / np.diag(inverse)))  # never below errors of least squares
+    covariance = inverse * np.outer(inflated, inflated)
     known = np.sqrt(np.diag(inverse))
     seen = np.maximum(known, np.sqrt(np.diag(covariance))) < _KNOWN * beforehand
     loose = np.where(beforehand < WIDE, beforehand, _LOOSE * beforehand)
     alone = np.sqrt(np.diag(np.linalg.inv(curvature.sum(axis=0) + np.diag(loose**-2))))
     determined = np.logical_and(seen, alone < _KNOWN * beforehand)
     return Spread(_with_beforehand(covariance, seen, beforehand), determined, n)
+
+
+def _pulls(scores: FloatArray, curvatures: FloatArray, inverse: FloatArray) -> FloatArray:
+    """How far each of n windows draws the parameters, shape (n, names), made up for what it drew the fit to itself."""
+    root = np.linalg.cholesky(inverse)
+    shares, axes = np.linalg.eigh(root.T @ curvatures @ root)  # of all that is known, what a window tells by itself
+    along = np.einsum("nji,nj->ni", axes, scores @ root) / np.sqrt(np.maximum(1.0 - shares, _LEAST_REST))
+    return np.asarray(np.einsum("nij,nj->ni", axes, along) @ root.T)
 
 
 def _with_beforehand(covariance: FloatArray, seen: FloatArray, beforehand: FloatArray) -> FloatArray:
