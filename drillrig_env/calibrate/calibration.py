@@ -9,7 +9,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.beside_rig import check_records
-from drillrig_env.calibrate.fit import Best, fit
+from drillrig_env.calibrate.fit import FARTHEST, Best, fit
 from drillrig_env.calibrate.followed import check_followed
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE, split
 from drillrig_env.calibrate.kept import Kept
@@ -33,7 +33,11 @@ WINDOW, STEP = 3.0, 0.01
 STARTS, DRAWS = 24, 64
 
 BY_RECORDS, NOT_BY_RECORDS = "by the records", "not determined by these records"
+AT_BOUND = "at a bound of the fit"
 """How a parameter is known."""
+
+_NEAR = 0.99
+"""Of the way to a bound: there a parameter stands at it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +97,9 @@ class Calibration:
     def rows(self) -> list[tuple[str, float, float, float, str]]:
         """A row for each parameter that was looked for: name, value, 90 % interval, and how it is known."""
         found = []
-        for name, determined in zip(self.unknowns.names, self.spread.determined, strict=True):
+        for name, log, determined in zip(self.unknowns.names, self.best.logs, self.spread.determined, strict=True):
             low, high = self.interval(name)
-            told = BY_RECORDS if determined else NOT_BY_RECORDS
+            told = AT_BOUND if abs(log) > _NEAR * FARTHEST else BY_RECORDS if determined else NOT_BY_RECORDS
             found.append((name, self.unknowns.values(self.best.logs)[name], low, high, told))
         return found
 

@@ -165,12 +165,10 @@ def _report(found: Calibration, line: str, folder: Path | None) -> None:
     print("", *report.sentences(), sep="\n")
     if folder is None:
         return
-    from drillrig_env.calibrate.pictures import draw_intervals, draw_record
+    from drillrig_env.calibrate.pictures import draw_all
     from drillrig_env.calibrate.result import write_result
 
-    pictures = {f"record_{k + 1}": draw_record(found, k) for k in range(len(found.records))}
-    pictures["intervals"] = draw_intervals(found)
-    write_result(folder, report, pictures)
+    write_result(folder, report, draw_all(report))
 
 
 def _with_inputs(records: list[Record], options: argparse.Namespace) -> list[Record]:

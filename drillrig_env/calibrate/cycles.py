@@ -84,13 +84,15 @@ def cycle_rows(found: Sequence[Cycles]) -> list[list[str]]:
 def onwards(windows: Windows, count: int) -> Windows:
     """Each window with those that follow it in the record, `count` together, for a longer run from the same start.
 
-    Behind the record's end nothing is measured, and inputs stay.
+    Behind a gap or the record's end nothing is measured.
     """
     whole = windows if windows.whole is None else windows.whole
     places = np.arange(len(whole)) if windows.places is None else windows.places
     chain = places[:, None] + np.arange(count)
     ended = chain >= len(whole)
     chain = np.minimum(chain, len(whole) - 1)
+    ended[:, 1:] |= ~whole.follows[chain[:, 1:]]
+    ended = np.logical_or.accumulate(ended, axis=1)
 
     def joined(values: FloatArray) -> FloatArray:
         return np.asarray(values[chain].reshape(len(places), -1, *values.shape[2:]))
@@ -98,11 +100,14 @@ def onwards(windows: Windows, count: int) -> Windows:
     data = np.where(ended[:, :, None, None], nan, whole.data[chain])
     return replace(
         whole,
+        times=joined(whole.times),
+        lengths=joined(whole.lengths),
         references=joined(whole.references),
         asked=joined(whole.asked),
         forces=joined(whole.forces),
         data=data.reshape(len(places), -1, data.shape[-1]),
         before=windows.before,
+        follows=windows.follows,
     )
 
 
@@ -114,13 +119,13 @@ def _cycles(calibration: Calibration, one: Beside) -> Cycles | None:
     stuck = STUCK_SPEED * Scales.of(calibration.rig).speed
     for i in range(len(windows.names)):  # the first signal that shows any
         both = []
-        for measured, model in zip(windows.data, shown, strict=True):
+        for time, measured, model in zip(np.cumsum(windows.lengths, axis=1), windows.data, shown, strict=True):
             found = _both(measured[:, i], model[:, i])
             if found is not None:
                 level, *pair = found
                 both.append(
                     [
-                        _numbers(windows, values, i, cycle, level, stuck)
+                        _numbers(windows, time, values, i, cycle, level, stuck)
                         for values, cycle in zip((measured, model), pair, strict=True)
                     ]
                 )
@@ -155,15 +160,21 @@ def _both(measured: FloatArray, model: FloatArray) -> tuple[float, tuple[int, in
 
 
 def _numbers(
-    windows: Windows, values: FloatArray, channel: int, cycle: tuple[int, int], level: float, stuck: float
+    windows: Windows,
+    time: FloatArray,
+    values: FloatArray,
+    channel: int,
+    cycle: tuple[int, int],
+    level: float,
+    stuck: float,
 ) -> dict[tuple[str, str], float]:
-    """What a cycle is like, by name and unit, of signals of shape (m, channels) that were measured or are the model's.
+    """What a cycle is like, by name and unit, of signals (m, channels) at times (m,), measured or the model's.
 
     The bit is `stuck` below such a speed (rad/s), or where noise does not tell it from standing.
     """
     part, name = values[slice(*cycle)], windows.names[channel]
-    begin, end = (_crossing(values[:, channel], place, level) for place in cycle)
-    found = {("period", "s"): windows.period * (end - begin)}
+    begin, end = (_crossing(time, values[:, channel], place, level) for place in cycle)
+    found = {("period", "s"): end - begin}
     if name in SPEEDS:
         found[f"peak of {name.replace('_', ' ')}", UNITS[name]] = float(np.nanmax(part[:, channel]))
     if name == "bit_speed":
@@ -180,7 +191,8 @@ def _numbers(
     return found
 
 
-def _crossing(signal: FloatArray, place: int, level: float) -> float:
-    """Where a signal comes to a level that it is above at a place: on the line from the sample before it."""
+def _crossing(time: FloatArray, signal: FloatArray, place: int, level: float) -> float:
+    """When a signal comes to a level that it is above at a place: on the line from the sample before it."""
     before, after = signal[place - 1], signal[place]
-    return place - (after - level) / (after - before) if before < level else float(place)
+    back = (after - level) / (after - before) if before < level else 0.0
+    return float(time[place] - back * (time[place] - time[place - 1]))

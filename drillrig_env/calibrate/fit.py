@@ -14,7 +14,7 @@ from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.search import Search
 from drillrig_env.stepper.finite import NotFiniteError
 
-_FARTHEST = np.log(30.0)
+FARTHEST = np.log(30.0)
 """How far a parameter may go from where the fit begins, as a logarithm."""
 
 _SPREAD = np.log(1.6)
@@ -130,7 +130,7 @@ def _solve(problem: Problem, logs: FloatArray, steps: int) -> OptimizeResult:
         residuals,
         logs,
         derivatives,
-        bounds=(-_FARTHEST, _FARTHEST),
+        bounds=(-FARTHEST, FARTHEST),
         x_scale=0.1,
         loss="soft_l1",
         f_scale=_SOFT,

@@ -12,20 +12,18 @@ from drillrig_env.evaluation.provenance import in_words
 
 
 def page(report: Report, pictures: Mapping[Path, str]) -> str:
-    """The page as text; `pictures` are PNG files with their captions, in the order in which they are shown."""
+    """The page as text; `pictures` are PNG files with their captions."""
     calibration = report.calibration
     notes = [f"{one.source}: {'; '.join(one.notes)}. SHA-256 {one.digest}" for one in calibration.records]
+    figures = {path.stem: _figure(path, caption) for path, caption in pictures.items()}
+    parts = [f"<h2>What it means</h2>{_list(report.sentences())}{figures.pop('borders', '')}"]
+    for title, headings, rows in report.tables():
+        parts.append(f"<h2>{escape(title)}</h2>{_table(headings, rows)}")
+        if title == "Parameters":
+            parts += [figures.pop(name, "") for name in ("intervals", "correlations")]
+    parts += ["<h2>Measured beside the model</h2>", *figures.values()]
     made = f"{in_words(report.summary()['made'])}. Seed {calibration.seed}."
-    return _PAGE.format(
-        told=_list(report.sentences()),
-        tables="\n".join(
-            f"<h2>{escape(title)}</h2>{_table(headings, rows)}" for title, headings, rows in report.tables()
-        ),
-        figures="\n".join(_figure(path, caption) for path, caption in pictures.items()),
-        notes=_list(notes),
-        command=escape(report.command),
-        made=escape(made),
-    )
+    return _PAGE.format(parts="\n".join(parts), notes=_list(notes), command=escape(report.command), made=escape(made))
 
 
 def _list(sentences: Sequence[str]) -> str:
@@ -52,9 +50,7 @@ td, th {{ border-bottom: 1px solid #ccc; padding: .2em .8em; text-align: left }}
 img {{ max-width: 100% }} figure {{ margin: 1.5em 0; break-inside: avoid }}
 figcaption {{ color: #555; font-size: 90% }} code {{ overflow-wrap: anywhere }}</style>
 <h1>A calibrated rig</h1>
-<h2>What it means</h2>{told}
-{figures}
-{tables}
+{parts}
 <h2>Records</h2>{notes}
 <p>Made by <code>{command}</code></p><p>{made}</p></html>
 """

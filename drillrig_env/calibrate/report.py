@@ -6,11 +6,14 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+import numpy as np
+
 from drillrig_env.calibrate import cycles, judged
 from drillrig_env.calibrate.beside import Beside, beside
 from drillrig_env.calibrate.borders import Borders, borders, loads
-from drillrig_env.calibrate.calibration import Calibration
+from drillrig_env.calibrate.calibration import AT_BOUND, Calibration
 from drillrig_env.calibrate.cycles import Cycles, cycle_rows
+from drillrig_env.calibrate.fit import FARTHEST
 from drillrig_env.calibrate.judged import Judged, judged_rows
 from drillrig_env.calibrate.meaning import Meaning, meanings_of
 from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
@@ -65,7 +68,7 @@ class Report:
     def sentences(self) -> list[str]:
         """What the calibration means, and where the model does not follow the records."""
         load = f"at N_1 = {self.calibration.load:.4g} N: "
-        return [*(load + str(one) for one in self.means), *misfit_words(self.misfits)]
+        return [*(load + str(one) for one in self.means), *misfit_words(self.misfits), *_at_bounds(self.calibration)]
 
     def summary(self) -> dict[str, Any]:
         """What is known, for calibration.json."""
@@ -94,6 +97,15 @@ class Report:
             "command": self.command,
             "made": provenance(),
         }
+
+
+def _at_bounds(calibration: Calibration) -> list[str]:
+    """A sentence for the parameters that stand at a bound of the fit, where there are any."""
+    names = [row[0] for row in calibration.rows() if row[4] == AT_BOUND]
+    if not names:
+        return []
+    why = "begin the fit nearer (--rig, --friction), fix or weigh it, or look for what else is wrong"
+    return [f"At a bound, {np.exp(FARTHEST):.0f} times off where the fit began: {', '.join(names)}; {why}"]
 
 
 PARAMETERS = ["parameter", "value", "90 % interval", "+-", "known"]

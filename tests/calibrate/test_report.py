@@ -9,7 +9,9 @@ from drillrig_env import Friction, Rig
 from drillrig_env.calibrate import borders as module
 from drillrig_env.calibrate.beside import FITTED, HELD_OUT, beside
 from drillrig_env.calibrate.borders import LOADS, borders, loads
+from drillrig_env.calibrate.calibration import AT_BOUND
 from drillrig_env.calibrate.cycles import cycle_rows, cycles, onwards
+from drillrig_env.calibrate.fit import FARTHEST
 from drillrig_env.calibrate.judged import judged, judged_rows
 from drillrig_env.calibrate.meaning import Meaning, meanings
 from drillrig_env.calibrate.report import Report
@@ -151,6 +153,17 @@ def test_what_cannot_be_told_of_a_load_is_left_open(monkeypatch):
 )
 def test_a_meaning_in_words(meaning, words):
     assert str(meaning) == f"{meaning.name}: {words}"
+
+
+def test_what_stands_at_a_bound_is_told(quick):
+    calibration = fitted()
+    at = np.array(calibration.unknowns.names) == "K_T"
+    other = replace(calibration, best=replace(calibration.best, logs=np.where(at, -FARTHEST, calibration.best.logs)))
+    assert [row[4] for row in other.rows() if row[0] == "K_T"] == [AT_BOUND]
+    assert AT_BOUND not in [row[4] for row in calibration.rows()]
+    report = replace(Report.of(calibration, "line", draws=0), calibration=other)
+    assert report.sentences()[-1].startswith("At a bound, 30 times off where the fit began: K_T; ")
+    assert report.summary()["parameters"]["K_T"]["known"] == AT_BOUND
 
 
 def test_a_report_has_all_of_it(quick):

@@ -36,6 +36,8 @@ def test_the_command_writes_a_folder_that_other_commands_read(tmp_path, capsys):
         "calibration.json",
         "draws.npz",
         "index.html",
+        "borders.png",
+        "correlations.png",
         "intervals.png",
         "record_1.png",
     }
@@ -48,8 +50,8 @@ def test_the_command_writes_a_folder_that_other_commands_read(tmp_path, capsys):
     with np.load(tmp_path / "out" / "draws.npz") as draws:
         assert draws["values"].shape == (64, len(draws["names"]))
     page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
-    assert len(re.findall(r'src="data:image/png;base64,', page)) == 2
-    assert page.count("src=") == 2  # and nothing from elsewhere
+    assert len(re.findall(r'src="data:image/png;base64,', page)) == 4
+    assert page.count("src=") == 4  # and nothing from elsewhere
     assert kept["records"][0]["sha256"] in page
     with pytest.raises(SystemExit):
         command.main(words)
