@@ -106,31 +106,14 @@ class Posterior:
     def scenario(
         self, rigs: Fleet | None, base: str | Mapping[str, Any] | Scenario = "default", scales: Scales | None = None
     ) -> Scenario:
-        """A scenario on these rigs, with the friction of the calibration; what else it draws is that of `base`.
+        """A scenario on these rigs, with the friction of the calibration and its load: see `scenario_on`.
 
-        `base` is what `Scenario.named` takes, with numbers of a rig with these `scales` (None: this rig's own). Its
-        normal forces become such that the largest of the default draws is the records' largest load, and what is
-        spread beyond the default draws stays: what those spread stands for not knowing the friction, and here the
-        draws do. In a dictionary, what it gives of these itself is kept. `ValueError` where no record had a load, so
-        that nothing is known of the friction.
+        `base` is what `Scenario.named` takes, with numbers of a rig with these `scales` (None: this rig's own).
+        `ValueError` where no record had a load, so that nothing is known of the friction.
         """
         self.check_load()
         scales = Scales.of(self.rig) if scales is None else scales
-        scenario = Scenario.named(base, scales)
-        factor = self.force_factor(scales)
-        found: dict[str, Any] = {
-            "rigs": rigs,
-            "friction": self.friction,
-            "spread": max(0.0, scenario.spread - _DEFAULT.spread),
-            "normal_force": _grown(scenario.normal_force, factor),
-            "load_force": scenario.load_force and _grown(scenario.load_force, factor),
-        }
-        given = base if isinstance(base, Mapping) else ()
-        return replace(scenario, **{name: value for name, value in found.items() if name not in given})
-
-    def force_factor(self, scales: Scales) -> float:
-        """By what normal forces that suit the chapter's friction in such `scales` are multiplied here."""
-        return self.load / (_DEFAULT.normal_force[1] * scales.force)
+        return scenario_on(rigs, self.friction, self.load, base, scales)
 
     def check_load(self) -> None:
         """Raise `ValueError` where no record had a load."""
@@ -150,6 +133,37 @@ class Posterior:
                 "determine the rig better, or more that is fixed"
             )
         return fleet
+
+
+def scenario_on(
+    rigs: Fleet | None,
+    friction: Friction,
+    load: float,
+    base: str | Mapping[str, Any] | Scenario,
+    scales: Scales,
+) -> Scenario:
+    """A scenario on some rigs, with a friction and loads of their own; what else it draws is that of `base`.
+
+    `base` is what `Scenario.named` takes, with numbers of a rig with these `scales`. Its normal forces become such that
+    the largest of the default draws is `load` (N). What it spreads beyond the default draws stays: what those spread
+    stands for not knowing the friction, and here `rigs` have the friction as far as it is known. In a dictionary, what
+    it gives of all these itself is kept.
+    """
+    scenario, factor = Scenario.named(base, scales), force_factor(load, scales)
+    found: dict[str, Any] = {
+        "rigs": rigs,
+        "friction": friction,
+        "spread": max(0.0, scenario.spread - _DEFAULT.spread),
+        "normal_force": _grown(scenario.normal_force, factor),
+        "load_force": scenario.load_force and _grown(scenario.load_force, factor),
+    }
+    given = base if isinstance(base, Mapping) else ()
+    return replace(scenario, **{name: value for name, value in found.items() if name not in given})
+
+
+def force_factor(load: float, scales: Scales) -> float:
+    """By what the normal forces of scenarios in such `scales` are multiplied, for the default draws to reach `load`."""
+    return load / (_DEFAULT.normal_force[1] * scales.force)
 
 
 def fleet_of(rig: Rig, friction: Friction, names: Sequence[str], values: FloatArray) -> Fleet:

@@ -35,8 +35,8 @@ from pathlib import Path
 
 import drillrig_env
 from drillrig_env.allowed import COUNT, POSITIVE
-from drillrig_env.calibrate.judging import judged_suite
 from drillrig_env.calibrate.posterior import Posterior
+from drillrig_env.calibrate.verdict_rigs import VerdictRigs
 from drillrig_env.command_line import DONE, FAILED, Parser, command
 from drillrig_env.env.steady import check_steady
 from drillrig_env.evaluation.beginning import begin
@@ -110,8 +110,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         check_steady(conditions.rig)
         critical_fall(conditions.rig, "--rig")  # without one, no score could be told
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
-        if posterior:
-            suites = [judged_suite(one, posterior) for one in suites]
+        if (rigs := VerdictRigs.of(chosen.on, posterior, conditions.rig, chosen.suite)) is not None:
+            suites = [rigs.suite(one) for one in suites]
         _print(failures)
         names = [contestant.name for contestant in contestants]
         reference = chosen.reference or next(iter(names), "")
@@ -166,6 +166,12 @@ def _parser(prog: str) -> Parser:
         type=of_kind(POSITIVE, "rad/s"),
         metavar="RAD/S",
         help="upper end of the rig's speed reference; targets, forces and friction go with it (default: by its period)",
+    )
+    add(
+        "--on",
+        metavar="FILE",
+        help="the rig that turns, where it is not that of --rig, which policies are designed for: a file with the "
+        "tables [rig] and [friction], whose N_1 is the largest that is drawn; the drive is set as on --rig",
     )
     add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
     add("--suite", nargs="+", choices=list(SUITES), default=list(OF_ONE_RIG), help=f"default: {' '.join(OF_ONE_RIG)}")
@@ -233,7 +239,7 @@ def _report(results: Results, name: str, reference: str, chosen: argparse.Namesp
     counted = "episodes" if "rigs" in about["scenario"] else "rigs"
     title = f"{name}: {about['description']} ({about['rigs']} {counted}, {results.config['env']})"
     changed = differences(Rig.of(results.config.get("rig")))
-    if changed and "calibration" not in results.config:  # else each has a rig of its own
+    if changed and "rigs" not in about["scenario"]:
         title += f", each with {changed}"
     print_suite(title, results.scores[name], results.marks, reference, chosen.details, bool(chosen.reference))
 
