@@ -9,7 +9,8 @@ three records at 100 Hz, as a logger writes them: steps of the speed without loa
 stick-slip; with noise, speeds in steps of 0.01 of their unit, glitches and a gap. One disc is weighed (J_1 known).
 
 Coverage is the share of twins whose true value lies in the 90 % interval, over all parameters that the fit calls
-determined, of the worst one of those that it calls so in half of the twins, and of critical speed and end of stick-slip at the load of the records.
+determined, of the worst one of those that it calls so in half of the twins, and of critical speed and end of stick-slip
+at the load of the records.
 """
 
 from __future__ import annotations
