@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,8 +25,12 @@ def test_all_tuned_values_are_on_record_and_from_training_seeds():
         assert entry["first_seed"] + entry["rigs"] + entry["fresh_rigs"] - 1 in TUNING_SEEDS
 
 
+def brief(name, rigs, first=TUNING_SEEDS.start):
+    return replace(tuning_suite(name, rigs, first), env={"duration": 15.0})
+
+
 def test_search_is_repeatable_and_better_than_a_bad_gain():
-    suites = [tuning_suite("default", 12)]
+    suites = [brief("default", 12)]
     found = search("soft_torque", ["state"], suites, budget=24)
     assert found == search("soft_torque", ["state"], suites, budget=24)
     worst = {"proportional": 0.6, "integral": 0.5}
@@ -62,6 +67,7 @@ def record(path):
 
 def test_a_stopped_search_goes_on_to_the_same_end_bit_for_bit(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("baselines.tune.tuning_suite", brief)
     assert main(FEW) == 0
     uncut = record(tmp_path / "tuned.json")
     assert "tuned.tries.json" not in [path.name for path in tmp_path.iterdir()]

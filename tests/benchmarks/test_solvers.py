@@ -68,7 +68,11 @@ def test_symbols_of_each_piece_are_the_models():
         np.testing.assert_allclose(function(x), wanted, rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
+@pytest.mark.parametrize(
+    "peer",
+    [pytest.param(peer, marks=pytest.mark.slow if peer in PEERS[2:] else ()) for peer in PEERS],
+    ids=lambda peer: peer.name,
+)
 def test_each_solver_follows_the_first_stick_and_slip(peer):
     if not peer.package.found:
         pytest.skip(peer.package.hint)

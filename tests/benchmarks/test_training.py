@@ -141,6 +141,7 @@ def test_validation_is_no_training_time(tmp_path, clock):
     assert sum(watch.chunks["seconds"]) < watch.seconds
 
 
+@pytest.mark.slow
 def test_a_run_has_its_cores_and_leaves_the_caller_his():
     before = available(), dict(os.environ)
     found = in_fresh_process(Run("ppo", cores=1, chunk_steps=128, chunks=2, hyperparams=SMALL["ppo"]))

@@ -27,6 +27,12 @@ def docs(comparison, tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def stored():
+    """What the project's page is made from."""
+    return stored_results(DOCS)
+
+
 def test_page_has_every_suite_the_findings_and_its_making(docs):
     (docs / "results" / "findings.md").write_text("Words of a person.\n")
     text = page(docs)
@@ -72,9 +78,9 @@ def test_results_that_are_not_finished_and_missing_ones_are_refused(comparison, 
 
 
 @pytest.mark.skipif(not (DOCS / "results").is_dir(), reason="no results have been taken in")
-def test_the_projects_page_is_up_to_date():
+def test_the_projects_page_is_up_to_date(stored):
     assert (DOCS / "results.md").read_text(encoding="utf-8") == page(DOCS), f"out of date; run: {COMMAND}"
-    for results in stored_results(DOCS).values():
+    for results in stored.values():
         suite = next(iter(results.scores))
         for policy, scores in list(results.scores[suite].items())[:2]:
             found = all_estimates({suite: {policy: scores}}, policy)[suite][policy]["main"]
@@ -85,8 +91,8 @@ def test_the_projects_page_is_up_to_date():
 
 
 @pytest.mark.skipif(not (DOCS / "results").is_dir(), reason="no results have been taken in")
-def test_the_projects_results_have_every_rig_in_a_bin_of_hardness():
-    for results in stored_results(DOCS).values():
+def test_the_projects_results_have_every_rig_in_a_bin_of_hardness(stored):
+    for results in stored.values():
         for name, policies in results.scores.items():
             for policy, scores in policies.items():
                 stored = stored_row(results.estimates[name][policy]["hardness"])
