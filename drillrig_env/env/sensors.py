@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -152,7 +153,7 @@ class Sensors:
             raise refuse("sensors", "channels", names, "", "one or more different names")
         return cls(", ".join(names), tuple(_BY_NAME[name] for name in names))
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The channels' names, in the observation's order."""
         return tuple(channel.name for channel in self.channels)
@@ -198,23 +199,24 @@ class Sensors:
         if name not in self.names:
             raise ValueError(f"the sensors {self.name!r} have no channel {name!r}; {closest(name, self.names)}")
         seen, index = self._read(observation), self.names.index(name)
-        channel = self.channels[index]
-        offset = self._target(observation, speed_target) if channel.offset == "target" else channel.offset
-        if offset is None:
+        target = self._target(seen, speed_target) if self.channels[index].offset == "target" else None
+        found = self._seen(seen, index, target)
+        if found is None:
             raise ValueError(
                 f"{name} is seen from the speed target, which the sensors {self.name!r} do not show; "
                 "give speed_target in rad/s"
             )
-        return np.asarray(seen[..., index] * channel.scale + offset)
+        return found
 
     def values(self, observation: np.ndarray, speed_target: Quantity | None = None) -> dict[str, np.ndarray]:
         """The channels' physical values by name, from observations of shape (..., channels).
 
         Where neither these sensors nor `speed_target` (rad/s) tell the target, what is seen from it is left out.
         """
-        known = self._target(self._read(observation), speed_target) is not None
-        names = [channel.name for channel in self.channels if known or channel.offset != "target"]
-        return {name: self.value(observation, name, speed_target) for name in names}
+        seen = self._read(observation)
+        target = self._target(seen, speed_target)
+        found = {name: self._seen(seen, index, target) for index, name in enumerate(self.names)}
+        return {name: value for name, value in found.items() if value is not None}
 
     def _read(self, observation: np.ndarray) -> np.ndarray:
         try:
@@ -225,9 +227,15 @@ class Sensors:
             raise refuse("Sensors", "shape of the observation", seen.shape, "", f"(..., {len(self.channels)})")
         return seen
 
-    def _target(self, observation: np.ndarray, speed_target: Quantity | None) -> Quantity | None:
+    def _target(self, seen: np.ndarray, speed_target: Quantity | None) -> Quantity | None:
         shown = speed_target is None and "speed_target" in self.names
-        return self.value(observation, "speed_target") if shown else speed_target
+        return self._seen(seen, self.names.index("speed_target"), None) if shown else speed_target
+
+    def _seen(self, seen: np.ndarray, index: int, target: Quantity | None) -> np.ndarray | None:
+        """The physical value of a channel; None where it is seen from a target that is not known."""
+        channel = self.channels[index]
+        offset = target if channel.offset == "target" else channel.offset
+        return None if offset is None else np.asarray(seen[..., index] * channel.scale + offset)
 
 
 def _sensors(name: str, channels: Sequence[str], noise: float = 0.0, delay: int = 0) -> Sensors:

@@ -14,7 +14,8 @@ from agents.policy.run_folder import TRAINED, read_seeds
 from agents.rivals import ahead
 from baselines import Constant
 from drillrig_env.env.sensors import Sensors
-from tests.evaluation.conftest import comparison  # noqa: F401  # a fixture
+from drillrig_env.evaluation.suites import suite
+from tests.evaluation.conftest import compare
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -78,8 +79,8 @@ def test_pictures_of_the_page_are_drawn(docs, trained):
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
 
 
-def test_rivals_that_are_ahead_are_named(comparison):  # noqa: F811
-    results, _ = comparison
+def test_rivals_that_are_ahead_are_named():
+    results, _ = compare([suite("default", 24)])
     stored = {"DrillRig-v0": results}
     found = dict(re.findall(r"\| `default` \| (\S+) \| (.*) \|", ahead(stored, {"constant": "DrillRig-v0"})))
     tables = {policy: one["main"] for policy, one in results.estimates["default"].items()}
