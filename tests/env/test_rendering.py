@@ -104,7 +104,7 @@ def test_extreme_episodes_can_be_drawn(env, options):
 @pytest.mark.parametrize(
     "change",
     [
-        {"k_p": 0.0, "k_i": 100.0, "d_1": 0.0, "d_2": 0.0},
+        pytest.param({"k_p": 0.0, "k_i": 100.0, "d_1": 0.0, "d_2": 0.0}, marks=pytest.mark.slow),
         STEADY_AND_WINDOW,
         pytest.param({"J_1": 1e-5}, marks=pytest.mark.slow),
     ],

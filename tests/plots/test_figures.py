@@ -198,13 +198,18 @@ def test_missing_matplotlib_says_what_to_install(monkeypatch):
         importlib.import_module(style.__name__)
 
 
-def test_every_figure_is_drawn_for_a_rig_of_ones_own_and_says_in_what_it_differs():
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in FIGURES]
+)
+def test_every_figure_is_drawn_for_a_rig_of_ones_own_and_says_in_what_it_differs(pictures, name):
+    own, chapter = draw(name, Rig(k_1=0.9, J_1=0.04)), pictures[name]
+    assert "For a rig with J_1 = 0.04 kg m^2, k_1 = 0.9 N m/rad: " in own.caption
+    assert "For a rig" not in chapter.caption
+    assert "the chapter prints" not in own.caption
+
+
+def test_the_fold_in_a_caption_is_that_of_the_rig():
     rig = Rig(k_1=0.9, J_1=0.04)
-    for name in FIGURES:
-        own, chapter = draw(name, rig), draw(name)
-        assert "For a rig with J_1 = 0.04 kg m^2, k_1 = 0.9 N m/rad: " in own.caption
-        assert "For a rig" not in chapter.caption
-        assert "the chapter prints" not in own.caption
     fold = float(fold_speed(rig, pressed(rig, 10.0)))
     assert f"{fold:.3f} rad/s" in draw("4.12", {"k_1": 0.9, "J_1": 0.04}).caption
 
