@@ -139,7 +139,7 @@ def calibrate(
     starts = checked("calibrate", "starts", starts, "", COUNT)
     jobs = checked("calibrate", "jobs", jobs, "", COUNT)
     unknowns = Unknowns.of(rig, friction, fix, weigh)
-    windows = _windows(records, rig, window)
+    windows = windows_of(records, rig, window)
     count = sum(map(len, windows))
     if count < LEAST_WINDOWS:
         length = windows[0].period * windows[0].data.shape[1]
@@ -159,36 +159,7 @@ def calibrate(
     return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed, tuple(held))
 
 
-def information(
-    records: Sequence[Record],
-    rig: RigLike = None,
-    friction: FrictionLike = None,
-    *,
-    fix: Mapping[str, float | None] | None = None,
-    weigh: Mapping[str, float] | None = None,
-    window: float | None = None,
-) -> dict[str, float]:
-    """What records can tell of each parameter before any fit: its relative standard deviation, by name.
-
-    It is the Fisher information at `rig` and `friction`, with the noise that the records show; `fix`, `weigh`
-    and `window` are those of `calibrate`. A parameter of which the records tell nothing has the 1.1 that it had
-    beforehand. Raises as `calibrate` does, but one window is enough.
-    """
-    rig, friction = Rig.of(rig), Friction.of(friction).single()
-    unknowns = Unknowns.of(rig, friction, fix, weigh)
-    windows = _windows(records, rig, window)
-    problem = Problem(windows, unknowns, [one.noise for one in windows])
-    logs = np.zeros(len(unknowns.names))
-    problem.begin(logs)
-    problem.residuals(logs)
-    total = np.diag(unknowns.deviations**-2)
-    for J in problem.derivatives(logs):
-        total = total + np.einsum("nij,nik->jk", J, J)
-    deviations = np.sqrt(np.diag(np.linalg.inv(total)))
-    return dict(zip(unknowns.names, deviations.tolist(), strict=True))
-
-
-def _windows(records: Sequence[Record], rig: Rig, window: float | None) -> list[Windows]:
+def windows_of(records: Sequence[Record], rig: Rig, window: float | None) -> list[Windows]:
     """The windows of each record, of `window` s or by the rig's slowest period."""
     if not records:
         raise ValueError("calibrate: no record is given; allowed: at least one")

@@ -27,9 +27,10 @@ from typing import Any
 import numpy as np
 
 from drillrig_env.allowed import COUNT, POSITIVE, Allowed
-from drillrig_env.calibrate.calibration import STARTS, Calibration, calibrate, information
+from drillrig_env.calibrate.calibration import STARTS, Calibration, calibrate
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE
 from drillrig_env.calibrate.kept import Kept
+from drillrig_env.calibrate.look import HEADINGS, look
 from drillrig_env.calibrate.records import Record, parse_map, read_record
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.provenance import provenance
@@ -68,7 +69,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of these places and of the draws (default: 0)")
     add("--jobs", type=of_kind(COUNT), metavar="N", help="processes that share the starts (default: the cores)")
     add("--look", action="store_true", help="say what the records can tell, and fit nothing")
-    add("--output", metavar="DIR", type=Path, help="folder for the result")
+    add("--output", metavar="DIR", type=Path, help="folder for the result; with --look a picture, .png or .svg")
     add("--overwrite", action="store_true", help="in place of one that is there")
     add("--resume", action="store_true", help="go on with a search that was stopped, given the same arguments")
     words = list(sys.argv[1:] if arguments is None else arguments)
@@ -87,7 +88,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
 
 def _folder(options: argparse.Namespace) -> AbstractContextManager[Path | None]:
     """The folder to write the result into, which no other process has; None where there is none to write."""
-    if options.output is None or options.look:
+    if options.output is None:
+        return nullcontext()
+    if options.look:
+        from drillrig_env.calibrate.pictures.look import check_place
+
+        check_place(options.output, options.overwrite)
         return nullcontext()
     from drillrig_env.calibrate.result import reserved
 
@@ -105,8 +111,13 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
         print(f"{one.source}: {'; '.join(one.notes)}")
     records = _with_inputs(records, options)
     if options.look:
-        told = information(records, options.rig, options.friction, window=options.window, **known)
-        print(table(["parameter", "relative standard deviation"], [[n, f"{100 * s:.1f} %"] for n, s in told.items()]))
+        told = look(records, options.rig, options.friction, window=options.window, **known)
+        print(table(HEADINGS, told.rows(), words=(HEADINGS[0], HEADINGS[2])), "", *told.advice(), sep="\n")
+        if options.output is not None:
+            from drillrig_env.calibrate.pictures.look import write_look
+
+            write_look(options.output, told)
+            print(f"written: {options.output.resolve()}")
         return None
     kept = _kept(records, options) if folder is not None else None
     found = _fit(records, options, known, kept, line)

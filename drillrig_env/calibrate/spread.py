@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy.stats import norm
 from scipy.stats import t as student
 
@@ -75,12 +76,19 @@ def spread_of(best: Best) -> Spread:
     apart = n / (n - 1) * np.diag(pulls.T @ pulls) + np.diag(inverse @ np.diag(beforehand**-2) @ inverse)
     inflated = wider * np.sqrt(np.maximum(1.0, apart / np.diag(inverse)))  # never below errors of least squares
     covariance = inverse * np.outer(inflated, inflated)
-    known = np.sqrt(np.diag(inverse))
-    seen = np.maximum(known, np.sqrt(np.diag(covariance))) < _KNOWN * beforehand
-    loose = np.where(beforehand < WIDE, beforehand, _LOOSE * beforehand)
-    alone = np.sqrt(np.diag(np.linalg.inv(curvature.sum(axis=0) + np.diag(loose**-2))))
-    determined = np.logical_and(seen, alone < _KNOWN * beforehand)
+    seen = np.sqrt(np.diag(covariance)) < _KNOWN * beforehand
+    determined = np.logical_and(seen, tells(curvature.sum(axis=0), beforehand))
     return Spread(_with_beforehand(covariance, seen, beforehand), determined, n)
+
+
+def tells(curvature: FloatArray, beforehand: FloatArray) -> FloatArray:
+    """Whether least squares with such a curvature (names, names) determine each parameter; truth values (names,).
+
+    `beforehand` are the standard deviations of the logarithms before.
+    """
+    loose = np.where(beforehand < WIDE, beforehand, _LOOSE * beforehand)
+    known, alone = (np.sqrt(np.diag(np.linalg.inv(curvature + np.diag(one**-2)))) for one in (beforehand, loose))
+    return np.asarray((known < _KNOWN * beforehand) & (alone < _KNOWN * beforehand))
 
 
 def _pulls(scores: FloatArray, curvatures: FloatArray, inverse: FloatArray) -> FloatArray:
@@ -91,7 +99,7 @@ def _pulls(scores: FloatArray, curvatures: FloatArray, inverse: FloatArray) -> F
     return np.asarray(np.einsum("nij,nj->ni", axes, along) @ root.T)
 
 
-def _with_beforehand(covariance: FloatArray, seen: FloatArray, beforehand: FloatArray) -> FloatArray:
+def _with_beforehand(covariance: FloatArray, seen: npt.NDArray[np.bool_], beforehand: FloatArray) -> FloatArray:
     """A covariance in which what the records do not tell is as uncertain as it was."""
     found = covariance.copy()
     for k in np.flatnonzero(np.logical_not(seen)):

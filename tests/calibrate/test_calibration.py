@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate
-from drillrig_env.calibrate import command
 from drillrig_env.calibrate import fit as module
-from drillrig_env.calibrate.calibration import BY_RECORDS, calibrate, information
+from drillrig_env.calibrate.calibration import BY_RECORDS, calibrate
 from drillrig_env.calibrate.fit import fit
 from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.records import Record
@@ -208,16 +207,6 @@ def test_what_nothing_presses_on_is_not_looked_for():
     assert set(found.unknowns.names) == {"k_2", "J_2", "K_T"}
 
 
-def test_records_tell_beforehand_what_they_can_tell():
-    unloaded, sticking, both = (
-        information(records, fix=FIXED) for records in ([UNLOADED], [STICKING], [UNLOADED, STICKING])
-    )
-    assert unloaded["mu_k"] == pytest.approx(np.log(3.0), rel=1e-6)
-    assert sticking["mu_k"] < 0.2
-    for name in LOOKED_FOR:
-        assert both[name] <= min(unloaded[name], sticking[name]) * 1.001
-
-
 def test_ctrl_c_goes_on_with_the_best_so_far(monkeypatch):
     seen = []
 
@@ -268,9 +257,3 @@ def csv_of(record, path):
     names = [*record.signals, "speed_reference", "normal_force"]
     columns = [record.time, *record.signals.values(), record.speed_reference, record.normal_force]
     np.savetxt(path, np.column_stack(columns), "%.6g", ",", header=",".join(["time", *names]), comments="")
-
-
-def test_the_command_looks_before_it_fits(tmp_path, capsys):
-    csv_of(UNLOADED, tmp_path / "run.csv")
-    assert command.main([str(tmp_path / "run.csv"), "--look", "--fix", "J_1=0.0288"]) == 0
-    assert "relative standard deviation" in capsys.readouterr().out

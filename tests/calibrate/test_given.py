@@ -8,7 +8,7 @@ import pytest
 from drillrig_env import Friction, Rig
 from drillrig_env.calibrate import command
 from drillrig_env.calibrate.beside import beside
-from drillrig_env.calibrate.calibration import calibrate, information
+from drillrig_env.calibrate.calibration import calibrate
 from drillrig_env.calibrate.misfit import misfit_words, misfits
 from drillrig_env.calibrate.result import check_free
 from drillrig_env.calibrate.unknowns import OF_FRICTION, OF_RIGS, Unknowns
@@ -73,13 +73,6 @@ def test_noise_takes_no_input_below_zero():
 def test_what_nothing_presses_on_may_be_weighed():
     found = calibrate([UNLOADED], None, Friction(10.0), fix=FEW | {"d_2": None}, weigh={"k_2": 0.1}, starts=1)
     assert set(found.unknowns.names) == {"k_2", "J_2"}
-
-
-def test_a_look_takes_the_same_windows():
-    short = information([STICKING], fix=FEW, window=2.0)
-    assert short["k_2"] != information([STICKING], fix=FEW)["k_2"]
-    with pytest.raises(ValueError, match="no record is given"):
-        information([])
 
 
 def test_friction_comes_out_at_the_load_of_the_records():
