@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
 
 from drillrig_env.calibrate.beside import Beside
 from drillrig_env.calibrate.calibration import Calibration
@@ -17,9 +16,6 @@ _NOISES, _SHARE = 1.5, 0.015
 """Of noise and of a signal's standard deviation, more than both of which is a misfit: speeds that angles were made to
 are smooth, and their noise is more than it looks."""
 
-_TENTHS = float(norm.ppf(0.95))
-"""Within so many standard deviations nine tenths of normal residuals lie."""
-
 
 @dataclass(frozen=True)
 class Misfit:
@@ -27,7 +23,7 @@ class Misfit:
 
     source: str
     signal: str
-    left: float  # in the signal's unit
+    left: float  # root mean square, in the signal's unit
     noise: float
 
     def __str__(self) -> str:
@@ -38,15 +34,20 @@ class Misfit:
 def misfits(calibration: Calibration, parts: Sequence[Beside]) -> list[Misfit]:
     """The signals that the best model does not follow, record by record, in all windows, fitted and held out.
 
-    What it is off by is the standard deviation of normal residuals nine tenths of which are as small as these are.
+    What it is off by is the root mean square of what is left over. The fit is soft to large residuals and may pass over
+    what a motor does in the moments after a step, as if these were glitches: here they count in full.
     """
     found = []
     for number, record in enumerate(calibration.records):
         here = [one for one in parts if one.record == number]
         names, noise = here[0].windows.names, here[0].windows.noise
-        data = np.concatenate([one.windows.data for one in here])
-        left = noise * np.nanquantile(np.abs(np.concatenate([one.residuals for one in here])), 0.9, (0, 1)) / _TENTHS
-        swing = np.nanstd(data, axis=(0, 1))
+        left, swing = np.zeros(len(names)), np.zeros(len(names))
+        for k in range(len(names)):
+            measured = np.concatenate([one.windows.data[:, :, k].ravel() for one in here])
+            residuals = np.concatenate([one.residuals[:, :, k].ravel() for one in here])
+            if (held := np.isfinite(measured)).any():
+                left[k] = noise[k] * np.sqrt(np.mean(residuals[held] ** 2))
+                swing[k] = np.std(measured[held])
         speeds = [k for k, name in enumerate(names) if name in SPEEDS]
         swing[speeds] = swing[speeds].max(initial=0.0)  # a stiff drive's own speed hardly swings
         for k in np.flatnonzero((left > _NOISES * noise) & (left > _SHARE * swing)):
@@ -58,5 +59,8 @@ def misfit_words(found: Sequence[Misfit]) -> list[str]:
     """A line for each misfit, and what may be behind them; none where there is none."""
     if not found:
         return []
-    why = "its input, a fixed value or the friction's law may be wrong, or the records are of different rigs"
-    return [*map(str, found), f"Intervals do not tell of such a misfit: {why}"]
+    why = (
+        "an input, a fixed value or the friction's law may be wrong, the records may be of different rigs, or the fit "
+    )
+    how = "may have ended beside the best one: try more --starts, or another --seed"
+    return [*map(str, found), f"Intervals do not tell of such a misfit: {why}{how}"]

@@ -96,6 +96,15 @@ def test_what_the_model_does_not_follow_is_told():
     assert "different rigs" in why
 
 
+def test_moments_that_the_fit_passes_over_are_a_misfit_too():
+    good = calibrate([STICKING, UNLOADED], None, Friction(10.0), fix=FEW, starts=1)
+    parts = beside(good)
+    shown = parts[2].shown.copy()
+    shown[:, ::50, 2] += 0.3  # of 0.02 A of noise, in a sample of 50
+    (found,) = misfits(good, [*parts[:2], replace(parts[2], shown=shown), parts[3]])
+    assert found.signal == "current"
+
+
 def told(words, capsys):
     with pytest.raises(SystemExit):
         command.main(words)

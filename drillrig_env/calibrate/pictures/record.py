@@ -49,7 +49,8 @@ def draw_record(report: Report, number: int) -> Picture:
                 for axes, centre, unit in ((values, 0.0, 1.0), (residuals, best[k, :, i], windows.noise[i])):
                     ends = (low[k, :, i] - centre) / unit, (high[k, :, i] - centre) / unit
                     axes.fill_between(time[k], *ends, color=VERMILLION, alpha=0.4, lw=0.0, label="rigs drawn")
-            reach = float(np.clip(np.nanquantile(np.abs(left[:, :, i]), 0.995), _LEAST, _MOST))
+            sizes = np.abs(left[:, :, i][np.isfinite(left[:, :, i])])
+            reach = float(np.clip(np.quantile(sizes, 0.995), _LEAST, _MOST)) if len(sizes) else _LEAST
             residuals.set_ylim(-1.15 * reach, 1.15 * reach)
             residuals.axhline(0.0, color=DARK, lw=0.5)
             residuals.yaxis.set_major_locator(MaxNLocator(3, integer=True, symmetric=True))
@@ -89,7 +90,8 @@ def _shown(parts: Sequence[Beside]) -> tuple[Windows, FloatArray, list[bool]]:
         places = np.arange(len(whole)) if one.windows.places is None else one.windows.places
         starts[places], held[places] = one.starts, one.part == HELD_OUT
     count = min(_SHOWN, len(whole))
-    swings = np.nan_to_num(np.nanstd(whole.data / whole.noise, axis=1)).sum(axis=1)
+    values = np.ma.masked_invalid(whole.data / whole.noise)
+    swings = np.ma.filled(values.std(axis=1), 0.0).sum(axis=1)
     firsts = range(len(whole) - count + 1)
     allowed = [k for k in firsts if held[k : k + count].any()] or firsts
     first = max(allowed, key=lambda k: float(swings[k : k + count].sum()))
