@@ -42,12 +42,12 @@ def misfits(calibration: Calibration, parts: Sequence[Beside]) -> list[Misfit]:
         here = [one for one in parts if one.record == number]
         names, noise = here[0].windows.names, here[0].windows.noise
         left, swing = np.zeros(len(names)), np.zeros(len(names))
-        for k in range(len(names)):
-            measured = np.concatenate([one.windows.data[:, :, k].ravel() for one in here])
-            residuals = np.concatenate([one.residuals[:, :, k].ravel() for one in here])
+        for i in range(len(names)):
+            measured = np.concatenate([one.windows.data[:, :, i].ravel() for one in here])
+            residuals = np.concatenate([one.residuals[:, :, i].ravel() for one in here])
             if (held := np.isfinite(measured)).any():
-                left[k] = noise[k] * np.sqrt(np.mean(residuals[held] ** 2))
-                swing[k] = np.std(measured[held])
+                left[i] = noise[i] * np.sqrt(np.mean(residuals[held] ** 2))
+                swing[i] = np.std(measured[held])
         speeds = [k for k, name in enumerate(names) if name in SPEEDS]
         swing[speeds] = swing[speeds].max(initial=0.0)  # a stiff drive's own speed hardly swings
         for k in np.flatnonzero((left > _NOISES * noise) & (left > _SHARE * swing)):

@@ -56,7 +56,8 @@ def draw_record(report: Report, number: int) -> Picture:
             residuals.yaxis.set_major_locator(MaxNLocator(3, integer=True, symmetric=True))
             values.set_ylabel(f"{name.replace('_', ' ')},\n{UNITS[name]}")
             residuals.set_ylabel("residual\n/ noise")
-        known = dict(reversed([*zip(*reversed(panels[0].get_legend_handles_labels()), strict=True)]))
+        handles, labels = panels[0].get_legend_handles_labels()
+        known = dict(zip(labels, handles, strict=True))
         place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.0}
         panels[0].legend(known.values(), known, ncols=4, markerscale=4, **place)
         panels[-1].set_xlabel(TIME)
