@@ -6,7 +6,7 @@
 Four kinds of rig: the chapter's; one of other size, 2.5 times slower and 20 times as strong; one whose friction falls
 as a Gaussian, fitted with that law; and one whose disc turns untrue by 5 %, which the fit does not know. Each twin has
 three records at 100 Hz, as a logger writes them: steps of the speed without load, a slow sweep under load, and
-stick-slip; with noise, speeds in steps of 0.01 of their unit, glitches and a gap. One disc is weighed (J_1 known).
+stick-slip; with references that jump between samples, noise, speeds in steps of 0.01 of their unit, glitches and a gap. One disc is weighed (J_1 known).
 
 Coverage is the share of twins whose true value lies in the 90 % interval, over all parameters that the fit calls
 determined, of the worst one of those that it calls so in half of the twins, and of critical speed and end of stick-slip
@@ -74,9 +74,10 @@ def records_of(kind: Kind, seed: int) -> list[Record]:
     """The three records of a twin."""
     scales, force = Scales.of(kind.rig), float(np.max(kind.friction.normal_force))
     time, speed = scales.time, scales.speed
-    sweep = [(0.5 * k * time, (7.0 - 4.6 * k / 120.0) * speed) for k in range(120)]
-    steps = [(t * time, v * speed) for t, v in ((0, 2.0), (10, 4.0), (20, 3.0), (30, 6.0))]
     random = np.random.default_rng([seed, 7])
+    early = 0.01 * time * random.uniform()  # the reference does not jump at samples
+    sweep = [(max(0.0, 0.5 * k * time - early), (7.0 - 4.6 * k / 120.0) * speed) for k in range(120)]
+    steps = [(max(0.0, t * time - early), v * speed) for t, v in ((0, 2.0), (10, 4.0), (20, 3.0), (30, 6.0))]
     return [
         _logged(kind, name, reference, load, length * time, random)
         for name, reference, load, length in (

@@ -22,7 +22,7 @@ class Beside:
     record: int  # its place among the records
     part: str
     windows: Windows  # n of them, of m steps
-    starts: FloatArray  # (n, 7)
+    starts: FloatArray  # (n, FREE)
     shown: FloatArray  # (n, m, channels): what the model shows
 
     @property

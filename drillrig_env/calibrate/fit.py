@@ -10,7 +10,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.kept import Ended
-from drillrig_env.calibrate.projection import Problem
+from drillrig_env.calibrate.projection import FREE, Problem
 from drillrig_env.calibrate.search import Search
 from drillrig_env.stepper.finite import NotFiniteError
 
@@ -153,7 +153,7 @@ def _noise_left(problem: Problem, residuals: Sequence[FloatArray]) -> list[Float
     """The noise by channel: what residuals leave over, where it is more than what was measured of it."""
     found = []
     for windows, noise, left in zip(problem.windows, problem.noise, residuals, strict=True):
-        table = left[:, :-7].reshape(-1, len(windows.names))
+        table = left[:, :-FREE].reshape(-1, len(windows.names))
         held = np.isfinite(windows.data).reshape(-1, len(windows.names))
         spread = [1.4826 * np.median(np.abs(table[held[:, i], i])) for i in range(table.shape[1])]
         found.append(noise * np.maximum(1.0, spread))

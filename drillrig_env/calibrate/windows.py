@@ -25,6 +25,9 @@ _FAR = 2.5
 _JUMP = 0.05
 """Of an input's maximum: less is noise."""
 
+_HELD = 0.2
+"""An input that changes in a smaller share of the samples is held in between."""
+
 _NOISY = {"speed_reference": 0.05, "normal_force": 2.0}
 """How far below 0 noise may take an input, as a share of its maximum: of the force, all there is without load."""
 
@@ -37,6 +40,7 @@ class Windows:
     """n windows of m steps each, of one record; a step goes from a sample to a later one."""
 
     period: float  # s: the usual length of a step
+    sample_period: float  # s
     times: FloatArray  # (n, m), s: the end of each step in the record
     lengths: FloatArray  # (n, m), s
     references: FloatArray  # (n, m), rad/s, the mean over each step, held over it
@@ -46,6 +50,7 @@ class Windows:
     names: tuple[str, ...]  # of the channels
     noise: FloatArray  # (channels,): standard deviation of what is measured
     before: FloatArray  # (n, channels): measured at the beginning of each window
+    jumps: FloatArray  # (3, jumps): when (s) the reference of the whole record jumps, from and to what (rad/s)
     follows: npt.NDArray[np.bool_]  # (n,): whether a window begins where the one before it in the record ends
     whole: Windows | None = None  # all of the record, where these are some of them
     places: npt.NDArray[np.int64] | None = None  # (n,): where they are among those
@@ -67,6 +72,7 @@ class Windows:
         stride = max(1, int(period / record.sample_period + 1e-6))
         period = stride * record.sample_period
         steps = max(_LEAST_STEPS, round(length / period))
+        jumps = np.flatnonzero(_jumps(references, held=True)) + 1
         changes = _jumps(references) | _jumps(loads)
         gaps = _gaps(np.diff(record.time), changes, 0.1 * steps * period)
         begins, follows = _cut(gaps, len(record.time), stride * steps)
@@ -79,6 +85,7 @@ class Windows:
         table = np.stack([record.signals[name] for name in names], axis=-1)
         return cls(
             period,
+            record.sample_period,
             record.time[ends],
             record.time[ends] - record.time[ends - stride],
             _means(references, record.time, ends, stride),
@@ -88,6 +95,7 @@ class Windows:
             names,
             np.array([_noise(table[:, i]) for i in range(len(names))]),
             table[begins],
+            np.stack([record.time[jumps], references[jumps - 1], references[jumps]]),
             follows,
         )
 
@@ -109,6 +117,20 @@ class Windows:
             whole=self if self.whole is None else self.whole,
             places=places if self.places is None else self.places[places],
         )
+
+    def lagging(self, lags: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The references where those of each window come some `lags` (n,) (s) after the logger shows them.
+
+        They are two a step, before and after a jump of the reference in it: both references (rad/s) and how long the
+        first one holds (s), of shape (n, m) each.
+        """
+        begins = self.times - self.lengths
+        coming = np.searchsorted(self.jumps[0], begins - lags[:, None] + 1e-9 * self.lengths)
+        times, first, second = (np.append(row, np.inf)[coming] for row in self.jumps)
+        until = times + lags[:, None] - begins
+        inside = until < (1.0 - 1e-9) * self.lengths
+        held = np.where(inside, until, self.lengths)
+        return held, np.where(inside, first, self.references), np.where(inside, second, self.references)
 
     def shown(self, rig: Rig, states: FloatArray) -> FloatArray:
         """What the channels show of states of shape (..., m, 7) in these windows, the last axis theirs."""
@@ -136,9 +158,14 @@ def _input(record: Record, name: str, unit: str) -> FloatArray:
     return np.asarray(np.maximum(values, 0.0))
 
 
-def _jumps(values: FloatArray) -> npt.NDArray[np.bool_]:
-    """Whether an input changes, by more than noise does, from a sample to the next."""
-    return np.asarray(np.abs(np.diff(values)) > _JUMP * values.max())
+def _jumps(values: FloatArray, held: bool = False) -> npt.NDArray[np.bool_]:
+    """Whether an input changes by more than noise does from a sample to the next; by anything where it is `held`.
+
+    It is not held, whatever is asked for, where most samples differ from those before.
+    """
+    changes = np.abs(np.diff(values))
+    least = 0.0 if held and np.mean(changes > 0.0) < _HELD else _JUMP * values.max()
+    return np.asarray(changes > least)
 
 
 def _gaps(distances: FloatArray, changes: npt.NDArray[np.bool_], longest: float) -> npt.NDArray[np.intp]:

@@ -10,7 +10,7 @@ from drillrig_env import Friction, Rig, simulate
 from drillrig_env.calibrate import fit as module
 from drillrig_env.calibrate.calibration import BY_RECORDS, calibrate
 from drillrig_env.calibrate.fit import fit
-from drillrig_env.calibrate.projection import Problem
+from drillrig_env.calibrate.projection import FREE, Problem
 from drillrig_env.calibrate.records import Record
 from drillrig_env.calibrate.unknowns import OF_FRICTION, OF_RIGS, Unknowns
 from drillrig_env.calibrate.windows import Windows
@@ -90,6 +90,30 @@ def test_steps_go_from_sample_to_sample_and_inputs_are_means_over_them():
     assert windows.asked[0, 50] == 4.0
 
 
+def test_a_reference_jumps_before_the_sample_that_shows_it():
+    windows = Windows.of(twin([(0.0, 2.0), (1.0, 4.0), (2.0, 3.0)], 0.0, 3.2), 0.02, 1.5)
+    assert windows.jumps.tolist() == [[1.0, 2.0], [2.0, 4.0], [4.0, 3.0]]
+    held, first, second = windows.lagging(np.array([-0.015, 0.0]))
+    assert held[0, 49] == pytest.approx(0.005)  # the step up to 1 s
+    assert (first[0, 49], second[0, 49], first[0, 50], second[0, 50]) == (2.0, 4.0, 4.0, 4.0)
+    assert np.delete(held[0], 49) == pytest.approx(0.02)
+    assert held[1] == pytest.approx(0.02)
+    assert (second[1, 24], first[1, 25]) == (4.0, 3.0)
+    noise = 0.01 * np.random.default_rng(0).standard_normal(161)
+    noisy = replace(twin([(0.0, 2.0), (1.0, 4.0)], 0.0, 3.2), speed_reference=2.0 + noise)
+    assert Windows.of(noisy, 0.02, 1.5).jumps.size == 0
+
+
+def test_the_lag_of_a_reference_is_found_with_the_starts():
+    record = twin([(0.0, 2.0), (4.013, 4.0)], 0.0, 9.0, noise=0.0)
+    problem = problem_of(record, fix=FIXED | dict.fromkeys(OF_FRICTION), noise=np.array(list(NOISE.values())))
+    zero = np.zeros(len(problem.unknowns.names))
+    problem.begin(zero)
+    (residuals,) = problem.residuals(zero)
+    assert np.abs(residuals[1, :-FREE]).max() < 0.5
+    assert problem.starts[0][1, 7] == pytest.approx(-0.007, abs=1e-4)
+
+
 def test_no_window_spans_a_long_gap_or_a_change_in_a_gap():
     record = twin([(0.0, 2.0), (4.02, 4.0)], 20.0, 10.0)
     time = record.time
@@ -125,7 +149,7 @@ def test_a_model_led_along_an_uneven_record_with_a_gap_is_where_the_rig_is():
     zero = np.zeros(len(LOOKED_FOR))
     problem.begin(zero)
     (residuals,) = problem.residuals(zero)
-    changes = np.abs(residuals[:, :-7]).reshape(len(residuals), -1).max(axis=1)
+    changes = np.abs(residuals[:, :-FREE]).reshape(len(residuals), -1).max(axis=1)
     assert np.median(changes) < 0.1
     assert len(residuals) - problem.windows[0].follows.sum() == 2
 
@@ -136,8 +160,8 @@ def test_without_noise_the_best_starts_are_the_states_themselves():
     zero = np.zeros(len(LOOKED_FOR))
     problem.begin(zero)
     (residuals,) = problem.residuals(zero)
-    assert np.abs(residuals[1:, :-7]).max() < 0.5  # of the noise, which is not there
-    np.testing.assert_allclose(problem.starts[0][2:], run.state[:-1:150][2:], atol=0.03)
+    assert np.abs(residuals[1:, :-FREE]).max() < 0.5  # of the noise, which is not there
+    np.testing.assert_allclose(problem.starts[0][2:, :7], run.state[:-1:150][2:], atol=0.03)
 
 
 def test_derivatives_are_those_of_the_cost_at_the_best_starts():
