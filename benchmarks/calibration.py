@@ -6,7 +6,8 @@
 Four kinds of rig: the chapter's; one of other size, 2.5 times slower and 20 times as strong; one whose friction falls
 as a Gaussian, fitted with that law; and one whose disc turns untrue by 5 %, which the fit does not know. Each twin has
 three records at 100 Hz, as a logger writes them: steps of the speed without load, a slow sweep under load, and
-stick-slip; with references that jump between samples, noise, speeds in steps of 0.01 of their unit, glitches and a gap. One disc is weighed (J_1 known).
+stick-slip; with references that jump between samples, noise, speeds in steps of 0.01 of their unit, glitches and a gap.
+One disc is weighed (J_1 known).
 
 Coverage is the share of twins whose true value lies in the 90 % interval, over all parameters that the fit calls
 determined, of the worst one of those that it calls so in half of the twins, and of critical speed and end of stick-slip

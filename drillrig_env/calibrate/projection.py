@@ -27,6 +27,9 @@ from drillrig_env.stepper.units import units_of
 _ROUNDS = 8
 """Most Gauss-Newton steps for the starts at given parameters."""
 
+_SHORTER = 0.25
+"""How much of a step that was too far is tried next."""
+
 _ENOUGH = 1e-6
 """A step that takes less than this share off the sum of squares is the last one."""
 
@@ -36,8 +39,8 @@ FREE = 8
 _LAG = 0.5
 """Deviation of that lag, in sample periods: a jump has happened since the last sample that does not show it."""
 
-_LAGS = (0.0, 0.25, 0.5, 0.75, 1.0)
-"""Lags that are tried at first, in sample periods."""
+_LAGS = np.linspace(0.0, 1.0, 9)
+"""Lags that are tried at first, in sample periods: currents are fast, and the cost has more than one minimum."""
 
 _STEP = 1e-5
 """Of differences: of a logarithm, and of a state in its scale."""
@@ -95,19 +98,23 @@ class Problem:
         """Find the best starts of a record, and its residuals there."""
         starts, here = self.starts[i], self._full(i, rig, friction, self.starts[i])
         cost = np.sum(here**2, axis=1)
+        shares = np.ones(len(starts))
         for _ in range(_ROUNDS):
             by_start = self._by_start(i, rig, friction, here[:, :-FREE], starts)
-            step = -np.stack([np.linalg.lstsq(J, r, rcond=None)[0] for J, r in zip(by_start, here, strict=True)])
-            tried = starts + step * self.loose[i]
+            full = -np.stack([np.linalg.lstsq(J, r, rcond=None)[0] for J, r in zip(by_start, here, strict=True)])
+            hoped = cost - np.sum((here + np.einsum("nij,nj->ni", by_start, full)) ** 2, axis=1)
+            tried = starts + shares[:, None] * full * self.loose[i]
             tried[:, 7] = np.clip(tried[:, 7], -self.windows[i].sample_period, 0.0)
             there = self._full(i, rig, friction, tried)
             new = np.sum(there**2, axis=1)
             better = new < cost
+            too_far = np.logical_and(~better, hoped > _ENOUGH * cost)
             gained = float(np.sum(cost[better] - new[better])) / max(float(cost.sum()), 1e-300)
             starts = np.where(better[:, None], tried, starts)
             here = np.where(better[:, None], there, here)
             cost = np.where(better, new, cost)
-            if gained < _ENOUGH:
+            shares = np.where(too_far, _SHORTER * shares, 1.0)
+            if gained < _ENOUGH and not too_far.any():
                 break
         self.starts[i] = starts
         return here

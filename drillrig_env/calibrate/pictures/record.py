@@ -10,7 +10,7 @@ from matplotlib.ticker import MaxNLocator
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.beside import HELD_OUT, Beside
 from drillrig_env.calibrate.calibration import Calibration
-from drillrig_env.calibrate.projection import Problem, run_windows
+from drillrig_env.calibrate.projection import FREE, Problem, run_windows
 from drillrig_env.calibrate.report import Report
 from drillrig_env.calibrate.windows import UNITS, Windows
 from drillrig_env.plots.style import BLUE, DARK, GREY, TIME, VERMILLION, Picture, look, new_figure
@@ -86,7 +86,7 @@ def _shown(parts: Sequence[Beside]) -> tuple[Windows, FloatArray, list[bool]]:
     """
     some = parts[0].windows
     whole = some if some.whole is None else some.whole
-    starts, held = np.zeros((len(whole), 7)), np.zeros(len(whole), dtype=bool)
+    starts, held = np.zeros((len(whole), FREE)), np.zeros(len(whole), dtype=bool)
     for one in parts:
         places = np.arange(len(whole)) if one.windows.places is None else one.windows.places
         starts[places], held[places] = one.starts, one.part == HELD_OUT
