@@ -24,7 +24,7 @@ OTHERS = ("gaussian", "linear")
 )
 def test_laws_are_followed_within_the_tolerance(law, force, v_b, speed, start):
     friction = Friction(force, v_b=v_b, law=law)
-    fast, slow = (simulate(None, friction, start, speed, 12.0, 0.1, method=method) for method in ("fast", "radau"))
+    fast, slow = (simulate(None, friction, start, speed, 6.0, 0.1, method=method) for method in ("fast", "radau"))
     assert np.abs(fast.state[:, 2:5] - slow.state[:, 2:5]).max() < 1e-6
 
 
