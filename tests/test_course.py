@@ -8,6 +8,8 @@ from drillrig_env.inputs import Inputs
 from drillrig_env.simulation import SIGNALS
 from drillrig_env.stepper.tables import step_tables
 
+pytestmark = pytest.mark.usefixtures("coarser_radau")
+
 TIME = np.array([0.0, 0.5, 2.0])
 
 

@@ -26,6 +26,8 @@ from drillrig_env.model import (
 )
 from drillrig_env.stepper.ladder import SAMPLES
 
+pytestmark = pytest.mark.usefixtures("coarser_radau")
+
 RIG, WITHOUT = Rig(T_r2=0.1), Rig()
 
 

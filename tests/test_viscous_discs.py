@@ -22,6 +22,8 @@ from drillrig_env.stability import critical_speed, eigenvalues, fold_speed, stic
 from drillrig_env.stability.impedance import impedance, mode_shape
 from tests.rigs import scaled
 
+pytestmark = pytest.mark.usefixtures("coarser_radau")
+
 RIG = Rig(C_1=0.004, C_2=0.011)
 TURNING = (0.0, 0.0, 2.0, 2.0, 2.0, 0.5, 0.0)
 

@@ -7,6 +7,8 @@ from drillrig_env import Friction, Rig, simulate, simulate_batch
 from drillrig_env.model import dissipated_power, motor_power, stored_energy
 from tests.rigs import scaled
 
+pytestmark = pytest.mark.usefixtures("coarser_radau")
+
 TURNING = (0.0, 0.0, 2.0, 2.0, 2.0, 0.5, 0.0)
 OTHERS = ("gaussian", "linear")
 

@@ -26,6 +26,8 @@ from drillrig_env.stepper.tables import build_tables
 from drillrig_env.stepper.workspace import workspace
 from tests.rigs import FIELD, scaled
 
+pytestmark = pytest.mark.usefixtures("coarser_radau")
+
 STICK_SLIP = {"friction": Friction(20.0), "speed_reference": 2.0, "duration": 6.0, "sample_period": 0.05}
 SWINGING = (0.3, 1.5, 0.5, -2.0, 0.0, 0.5, 0.0)
 """A state whose disc 2 turns backwards, and swings to and fro before it comes to rest."""
