@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +27,9 @@ from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import COUNT, POSITIVE, checked, refuse
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import Scales
+
+if TYPE_CHECKING:
+    from drillrig_env.calibrate.laws import LawScore
 
 WINDOW, STEP = 3.0, 0.01
 """Length of a window, and shortest step of its grid, s on the chapter's rig."""
@@ -50,6 +54,7 @@ class Calibration:
     draws: FloatArray  # (DRAWS, names): logarithms of the parameters, joint
     seed: int
     held: tuple[Windows, ...] = ()  # of each record those that the fit has not seen
+    laws: tuple[LawScore, ...] = ()  # of friction that were fitted, the best first, where it was chosen
 
     @property
     def unknowns(self) -> Unknowns:
@@ -116,6 +121,7 @@ def calibrate(
     window: float | None = None,
     held_out: float = HELD_OUT,
     told: Callable[[int, float], None] | None = None,
+    begin: FloatArray | None = None,
     jobs: int = 1,
     kept: Kept | None = None,
 ) -> Calibration:
@@ -127,9 +133,10 @@ def calibrate(
     which one weighed disc, K_T, or the torque into the string closes. `window` (s) is the length of the pieces that a
     record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. The share `held_out`
     of each record's windows is not fitted, and tells afterwards how good the fit is. `told` hears how many starts are
-    done and the best cost so far. `jobs` processes do the starts, with the same result to the last bit as one; a script
-    with more than one is to call this below `if __name__ == "__main__"`. `kept` keeps the starts that are done in its
-    file, and has those of a search that was stopped.
+    done and the best cost so far. `begin`, the `best.logs` of another fit of the same parameters, is where it begins in
+    their place. `jobs` processes do the starts, with the same result to the last bit as one; a script with more than
+    one is to call this below `if __name__ == "__main__"`. `kept` keeps the starts that are done in its file, and has
+    those of a search that was stopped.
 
     Raises `ValueError` for a record without inputs, too short, or of no rig like the one that the fit begins with, an
     unknown parameter, fewer than 4 windows, and a best model that is nowhere near the records; `NotFiniteError` where
@@ -153,7 +160,7 @@ def calibrate(
         unknowns = Unknowns.of(rig, friction, {**dict.fromkeys(OF_FRICTION), **(fix or {})}, weigh)
     with Workers(jobs) as workers:
         search = Search(workers, kept)
-        best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told, search)
+        best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told, search, begin)
     check_followed(records, best)
     spread = spread_of(best)
     return Calibration(tuple(records), best, spread, best.logs + spread.draws(DRAWS, seed), seed, tuple(held))

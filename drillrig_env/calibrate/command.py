@@ -27,21 +27,19 @@ from typing import Any
 import numpy as np
 
 from drillrig_env.allowed import COUNT, POSITIVE, Allowed
-from drillrig_env.calibrate.calibration import STARTS, Calibration, calibrate
+from drillrig_env.calibrate.calibration import STARTS, Calibration
+from drillrig_env.calibrate.fit_of_command import begun, fit_of, kept_of
 from drillrig_env.calibrate.held_out import HELD_OUT, SHARE
 from drillrig_env.calibrate.kept import Kept
+from drillrig_env.calibrate.laws import AUTO
 from drillrig_env.calibrate.look import HEADINGS, look
 from drillrig_env.calibrate.records import Record, parse_map, read_record
 from drillrig_env.command_line import Parser, command
-from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
-from drillrig_env.jit.threads import available_threads
+from drillrig_env.friction.contact import LAWS
 from drillrig_env.markdown import table
 from drillrig_env.progress import Progress
 from drillrig_env.stepper.finite import NotFiniteError
-
-_NOT_OF_A_SEARCH = ("jobs", "look", "output", "overwrite", "resume")
-"""Options that change nothing in what a fit finds."""
 
 
 @command
@@ -57,6 +55,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     add_schedule_argument(parser, "--normal-force", "N", "the same")
     add("--fix", metavar="NAME[=VALUE]", nargs="+", default=[], help="parameters that are known")
     add("--weigh", metavar="NAME=SHARE", nargs="+", default=[], help="known within a relative standard deviation")
+    add(
+        "--law",
+        choices=[*LAWS, AUTO],
+        help="of friction (default: that of --friction), or auto: the best of all in windows held out, with --viscous",
+    )
+    add("--viscous", action="store_true", help="look for a viscous loss of the bit, C_1, where the rig has none")
     add("--window", type=of_kind(POSITIVE, "s"), metavar="S", help="length of a piece with a start of its own (by rig)")
     add(
         "--held-out",
@@ -111,7 +115,7 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
         print(f"{one.source}: {'; '.join(one.notes)}")
     records = _with_inputs(records, options)
     if options.look:
-        told = look(records, options.rig, options.friction, window=options.window, **known)
+        told = look(records, *begun(options, known["fix"]), window=options.window, **known)
         print(table(HEADINGS, told.rows(), words=(HEADINGS[0], HEADINGS[2])), "", *told.advice(), sep="\n")
         if options.output is not None:
             from drillrig_env.calibrate.pictures.look import write_look
@@ -119,50 +123,10 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
             write_look(options.output, told)
             print(f"written: {options.output.resolve()}")
         return None
-    kept = _kept(records, options) if folder is not None else None
-    found = _fit(records, options, known, kept, line)
+    kept = kept_of(records, options) if folder is not None else None
+    found = fit_of(records, options, known, kept, line)
     _report(found, line, folder)
     return None if found.best.stopped else kept
-
-
-def _kept(records: list[Record], options: argparse.Namespace) -> Kept:
-    """Where starts that are done are kept: beside the folder for the result."""
-    folder = options.output.resolve()
-    of: dict[str, Any] = {name: str(value) for name, value in vars(options).items() if name not in _NOT_OF_A_SEARCH}
-    of |= {"digests of the records": [one.digest for one in records], "versions": provenance()["versions"]}
-    return Kept(folder.with_name(f"{folder.name}.search.json"), of, options.resume, options.overwrite)
-
-
-def _fit(
-    records: list[Record], options: argparse.Namespace, known: dict[str, Any], kept: Kept | None, line: str
-) -> Calibration:
-    """The fit, with a bar of how far it is. What is kept of one that Ctrl-C ends is told."""
-    on = f"to go on: {line.removesuffix(' --resume')} --resume"
-    try:
-        with Progress("calibrate", 1) as progress:
-            progress.show("starts", 0, options.starts)
-            found = calibrate(
-                records,
-                options.rig,
-                options.friction,
-                starts=options.starts,
-                seed=options.seed,
-                window=options.window,
-                held_out=options.held_out,
-                told=lambda done, cost: progress.show("starts", done, options.starts, f", best cost {cost:.4g}"),
-                jobs=options.jobs or available_threads(),
-                kept=kept,
-                **known,
-            )
-    except KeyboardInterrupt as stop:
-        if kept is not None and len(kept):
-            stop.add_note(f"{len(kept)} fits are kept; {on}")
-        raise
-    if found.best.stopped:
-        print(f"stopped by Ctrl-C after {found.best.starts} of {options.starts} starts; this is the best of them")
-        if kept is not None:
-            print(f"{on} --overwrite")
-    return found
 
 
 def _report(found: Calibration, line: str, folder: Path | None) -> None:

@@ -17,6 +17,9 @@ from drillrig_env.stepper.finite import NotFiniteError
 FARTHEST = np.log(30.0)
 """How far a parameter may go from where the fit begins, as a logarithm."""
 
+_INSIDE = 0.999 * FARTHEST
+"""A start on a bound would stay there."""
+
 _SPREAD = np.log(1.6)
 """How far the starts lie apart."""
 
@@ -49,8 +52,9 @@ def fit(
     seed: int,
     told: Callable[[int, float], None] | None = None,
     search: Search | None = None,
+    begin: FloatArray | None = None,
 ) -> Best:
-    """Fit from `starts` starts, the first at the unknowns' own values, the others drawn by `seed`.
+    """Fit from `starts` starts, the first at the unknowns' own values or at `begin`, the others drawn around by `seed`.
 
     `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
     for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
@@ -61,10 +65,11 @@ def fit(
     drawn = np.random.default_rng(seed).uniform(-_SPREAD, _SPREAD, (starts, len(problem.unknowns.names)))
     narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
     drawn[0] = 0.0
+    places = drawn * narrow if begin is None else np.clip(begin + drawn * narrow, -_INSIDE, _INSIDE)
     done: list[tuple[int, Ended]] = []
     stopped = False
     try:
-        for one in search.each(_ended, problem, _FIRST, list(drawn * narrow)):
+        for one in search.each(_ended, problem, _FIRST, list(places)):
             done.append(one)
             if told is not None:
                 told(len(done), min(ended.cost for _, ended in done))
@@ -138,6 +143,11 @@ def _solve(problem: Problem, logs: FloatArray, steps: int) -> OptimizeResult:
         xtol=_TOLERANCE,
         max_nfev=steps,
     )
+
+
+def soft(residuals: FloatArray) -> FloatArray:
+    """The soft squares of residuals, of whose sum the cost is half: their squares where they are small."""
+    return np.asarray(2.0 * _SOFT**2 * (np.sqrt(1.0 + (residuals / _SOFT) ** 2) - 1.0))
 
 
 def weights_of(residuals: FloatArray) -> FloatArray:

@@ -14,8 +14,12 @@ _SHARE, _NOISES = 0.5, 5.0
 """Of a signal's standard deviation and of its noise, more than both of which is no fit."""
 
 
+class NotFollowedError(ValueError):
+    """The best model is nowhere near a record."""
+
+
 def check_followed(records: Sequence[Record], best: Best) -> None:
-    """Raise `ValueError` for the signal that the best model is furthest off, by more than half of what it swings by.
+    """Raise `NotFollowedError` for the signal that the best model is furthest off, by more than half of its swing.
 
     A speed swings as the one that swings most: that of a stiff drive hardly does.
     """
@@ -38,7 +42,7 @@ def check_followed(records: Sequence[Record], best: Best) -> None:
                 what = f"the best model is off {name} by {off:.2g} {unit}, which swings by {swings[i]:.2g}"
                 told = f"{record.source}: {what}"
     if told:
-        raise ValueError(
+        raise NotFollowedError(
             f"{told}; nothing is found: is a column another one or in another unit, a fixed value wrong, or the rig "
             "that the fit begins with far from yours? More --starts may help there"
         )

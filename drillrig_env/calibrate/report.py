@@ -15,6 +15,7 @@ from drillrig_env.calibrate.calibration import AT_BOUND, Calibration
 from drillrig_env.calibrate.cycles import Cycles, cycle_rows
 from drillrig_env.calibrate.fit import FARTHEST
 from drillrig_env.calibrate.judged import Judged, judged_rows
+from drillrig_env.calibrate.laws import LAW_HEADINGS, law_rows, law_words
 from drillrig_env.calibrate.meaning import Meaning, meanings_of
 from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
 from drillrig_env.evaluation.provenance import provenance
@@ -63,12 +64,16 @@ class Report:
             ("How well the model follows the records", judged.HEADINGS, judged_rows(self.judged)),
             ("Cycles of vibration", cycles.HEADINGS, cycle_rows(self.cycles)),
         ]
+        if self.calibration.laws:
+            found.append(("Laws of friction, the best first", LAW_HEADINGS, law_rows(self.calibration.laws)))
         return [one for one in found if one[2]]
 
     def sentences(self) -> list[str]:
         """What the calibration means, and where the model does not follow the records."""
         load = f"at N_1 = {self.calibration.load:.4g} N: "
-        return [*(load + str(one) for one in self.means), *misfit_words(self.misfits), *_at_bounds(self.calibration)]
+        laws = [law_words(self.calibration.laws)] if self.calibration.laws else []
+        means = [load + str(one) for one in self.means]
+        return [*laws, *means, *misfit_words(self.misfits), *_at_bounds(self.calibration)]
 
     def summary(self) -> dict[str, Any]:
         """What is known, for calibration.json."""
@@ -84,6 +89,7 @@ class Report:
             "misfits": [asdict(one) for one in self.misfits],
             "judged": [asdict(one) for one in self.judged],
             "cycles": [asdict(one) for one in self.cycles],
+            "laws": [asdict(one) for one in calibration.laws],
             "cost": best.cost,
             "costs": best.costs.tolist(),
             "starts": best.starts,
