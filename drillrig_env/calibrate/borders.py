@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from math import nan
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.calibration import Calibration
+from drillrig_env.calibrate.workers import Workers
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_speed, end_of_stick_slip
@@ -38,29 +40,37 @@ def borders(
     normal_force: npt.ArrayLike,
     draws: int | None = None,
     told: Callable[[int, int], None] | None = None,
+    jobs: int = 1,
 ) -> Borders:
     """The borders at normal forces (N), shape (n,), over the first `draws` joint draws; by default all.
 
     `told` hears how many of how many rigs are done. Ctrl-C ends it with the draws that are done, after the best rig.
+    `jobs` processes share the draws, as `drillrig_env.calibrate.workers` says.
     """
     forces = np.atleast_1d(np.asarray(normal_force, dtype=float))
-    rigs = [(calibration.rig, calibration.friction), *calibration.rigs()[:draws]]
-    found: list[FloatArray] = []
-    try:
-        for rig, friction in rigs:
-            found.append(np.stack([_critical(rig, friction, forces), _end(rig, friction, forces)]))
-            if told is not None:
-                told(len(found), len(rigs))
-    except KeyboardInterrupt:
-        if not found:
-            raise
-    best, *others = found
-    return Borders(forces, best, np.array(others).reshape(-1, 2, len(forces)), len(rigs) - 1)
+    best = _of(forces, (calibration.rig, calibration.friction))
+    rigs = calibration.rigs()[:draws]
+    found: dict[int, FloatArray] = {}
+    with Workers(jobs) as workers:
+        try:
+            for number, speeds in workers.each(partial(_of, forces), rigs):
+                found[number] = speeds
+                if told is not None:
+                    told(len(found), len(rigs))
+        except KeyboardInterrupt:
+            pass  # those that are done count
+    drawn = np.array([found[number] for number in sorted(found)]).reshape(-1, 2, len(forces))
+    return Borders(forces, best, drawn, len(rigs))
 
 
 def loads(calibration: Calibration) -> FloatArray:
     """Normal forces for a map (N), the largest load of the records last; none where they have no load."""
     return calibration.load / LOADS * np.arange(1.0, LOADS + 1.0) if calibration.load > 0.0 else np.zeros(0)
+
+
+def _of(forces: FloatArray, one: tuple[Rig, Friction]) -> FloatArray:
+    """Both speeds of a rig at all forces, shape (2, n)."""
+    return np.stack([_critical(*one, forces), _end(*one, forces)])
 
 
 def _critical(rig: Rig, friction: Friction, forces: FloatArray) -> FloatArray:

@@ -37,6 +37,7 @@ from drillrig_env.calibrate.records import Record, parse_map, read_record
 from drillrig_env.command_line import Parser, command
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 from drillrig_env.friction.contact import LAWS
+from drillrig_env.jit.threads import available_threads
 from drillrig_env.markdown import table
 from drillrig_env.progress import Progress
 from drillrig_env.stepper.finite import NotFiniteError
@@ -125,16 +126,16 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
         return None
     kept = kept_of(records, options) if folder is not None else None
     found = fit_of(records, options, known, kept, line)
-    _report(found, line, folder)
+    _report(found, line, folder, options.jobs or available_threads())
     return None if found.best.stopped else kept
 
 
-def _report(found: Calibration, line: str, folder: Path | None) -> None:
+def _report(found: Calibration, line: str, folder: Path | None, jobs: int) -> None:
     """Print what is known, and write the folder where one is asked for."""
     from drillrig_env.calibrate.report import Report
 
     with Progress("calibrate", 1) as progress:
-        report = Report.of(found, line, lambda done, of: progress.show("rigs drawn", done, of))
+        report = Report.of(found, line, lambda done, of: progress.show("rigs drawn", done, of), jobs=jobs)
     for title, headings, rows in report.tables():
         print(f"\n{title}\n\n{table(headings, rows, words=3)}")
     print("", *report.sentences(), sep="\n")

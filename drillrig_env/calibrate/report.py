@@ -41,11 +41,12 @@ class Report:
         command: str,
         told: Callable[[int, int], None] | None = None,
         draws: int | None = None,
+        jobs: int = 1,
     ) -> Report:
-        """The report of a calibration that a `command` line has made; `told` and `draws` as for `borders`."""
+        """The report of a calibration that a `command` line has made; `told`, `draws` and `jobs` as for `borders`."""
         parts = beside(calibration)
         forces = loads(calibration)
-        found = borders(calibration, forces, draws, told) if len(forces) else None
+        found = borders(calibration, forces, draws, told, jobs) if len(forces) else None
         return cls(
             calibration,
             command,
@@ -72,7 +73,8 @@ class Report:
         """What the calibration means, and where the model does not follow the records."""
         load = f"at N_1 = {self.calibration.load:.4g} N: "
         laws = [law_words(self.calibration.laws)] if self.calibration.laws else []
-        means = [load + str(one) for one in self.means]
+        unloaded = "no record has a load: friction, critical speed and end of stick-slip are not determined"
+        means = [load + str(one) for one in self.means] or [unloaded]
         return [*laws, *means, *misfit_words(self.misfits), *_at_bounds(self.calibration)]
 
     def summary(self) -> dict[str, Any]:

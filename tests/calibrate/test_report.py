@@ -111,7 +111,7 @@ def quick(monkeypatch):
 
 def test_ctrl_c_ends_the_draws(quick):
     def told(done, of):
-        if done == 20:
+        if done == 19:
             raise KeyboardInterrupt
 
     found = borders(fitted(), [20.0], told=told)

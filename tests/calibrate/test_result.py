@@ -24,7 +24,17 @@ def quick(monkeypatch):
 def test_the_command_writes_a_folder_that_other_commands_read(tmp_path, capsys):
     csv_of(STICKING, tmp_path / "run.csv")
     fixed = [name for name in FIXED if name not in ("T_r2", "C_1", "C_2")]
-    words = [str(tmp_path / "run.csv"), "--fix", *fixed, "--starts", "1", "--output", str(tmp_path / "out")]
+    words = [
+        str(tmp_path / "run.csv"),
+        "--fix",
+        *fixed,
+        "--starts",
+        "1",
+        "--jobs",
+        "1",
+        "--output",
+        str(tmp_path / "out"),
+    ]
     assert command.main(words) == 0
     printed = capsys.readouterr().out
     assert "k_2" in printed
