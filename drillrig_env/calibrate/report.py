@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from drillrig_env.calibrate import cycles, judged
+from drillrig_env.calibrate.agree import Disagreement, disagreement_words, disagreements
 from drillrig_env.calibrate.beside import Beside, beside
 from drillrig_env.calibrate.borders import Borders, borders, loads
 from drillrig_env.calibrate.calibration import AT_BOUND, Calibration
@@ -33,6 +34,7 @@ class Report:
     misfits: list[Misfit]
     borders: Borders | None  # None where the records have no load
     means: list[Meaning]
+    disagreements: list[Disagreement]
 
     @classmethod
     def of(
@@ -56,6 +58,7 @@ class Report:
             misfits(calibration, parts),
             found,
             [] if found is None else meanings_of(found),
+            disagreements(calibration),
         )
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
@@ -73,9 +76,10 @@ class Report:
         """What the calibration means, and where the model does not follow the records."""
         load = f"at N_1 = {self.calibration.load:.4g} N: "
         laws = [law_words(self.calibration.laws)] if self.calibration.laws else []
+        apart = disagreement_words(self.disagreements)
         unloaded = "no record has a load: friction, critical speed and end of stick-slip are not determined"
         means = [load + str(one) for one in self.means] or [unloaded]
-        return [*laws, *means, *misfit_words(self.misfits), *_at_bounds(self.calibration)]
+        return [*laws, *means, *misfit_words(self.misfits), *apart, *_at_bounds(self.calibration)]
 
     def summary(self) -> dict[str, Any]:
         """What is known, for calibration.json."""
@@ -89,6 +93,7 @@ class Report:
             "load": calibration.load,
             "means": {one.name: {"value": one.value, "low": one.low, "high": one.high} for one in self.means},
             "misfits": [asdict(one) for one in self.misfits],
+            "disagreements": [asdict(one) for one in self.disagreements],
             "judged": [asdict(one) for one in self.judged],
             "cycles": [asdict(one) for one in self.cycles],
             "laws": [asdict(one) for one in calibration.laws],
