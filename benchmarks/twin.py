@@ -1,12 +1,13 @@
 """The records of the tutorial: a laboratory rig that is not the chapter's, as its logger would write them.
 
-    python -m benchmarks.twin               # writes docs/twin: three logger files and truth.toml
-    python -m benchmarks.twin --output DIR
+    python -m benchmarks.twin                  # writes docs/twin: three logger files, truth.toml and guess.toml
+    python -m benchmarks.twin --beside my_rig  # how a calibration compares with the rig behind them; writes nothing
 
-The rig and its friction are made up: discs, shafts and motor are 5 to 40 % off the chapter's, and its friction falls
-deeper and later. Its logger samples at 50 Hz and writes semicolons and decimal commas, speeds in rpm in steps of 0.1, a
-current in steps of 0.01 A and a voltage in steps of 0.05 V, each with noise; four bad samples of the bit speed in every
-file, and half a second that is lost.
+The rig and its friction are made up: discs, shafts and motor are 8 to 43 % off the chapter's, its inductance is seven
+times as large, and its friction falls deeper and more slowly. Its logger samples at 50 Hz and writes semicolons and
+decimal commas, speeds in rpm in steps of 0.1, a current in steps of 0.01 A and a voltage in steps of 0.05 V, each with
+noise; four bad samples of the bit speed in every file, and half a second that is lost. guess.toml is what one would
+work with who calibrates nothing: the chapter's rig with the gains that are set at the drive.
 """
 
 from __future__ import annotations
@@ -20,8 +21,12 @@ from typing import Any
 import numpy as np
 
 from drillrig_env import Friction, Rig, simulate
+from drillrig_env.calibrate.posterior import Posterior
+from drillrig_env.calibrate.unknowns import values_of
 from drillrig_env.command_line import Parser, command
 from drillrig_env.files import check_writable, write_text
+from drillrig_env.markdown import table
+from drillrig_env.stability import critical_speed
 from drillrig_env.toml import section_text
 
 FOLDER = Path(__file__).parents[1] / "docs" / "twin"
@@ -74,7 +79,25 @@ def files() -> dict[str, str]:
     """The text of every file, by its name."""
     found = {f"{name}.csv": _logged(name, number) for number, name in enumerate(_RUNS)}
     head = "# The rig behind the records of this folder, and its friction: what nobody who has a real rig has.\n\n"
-    return {**found, "truth.toml": head + section_text(RIG, "rig") + "\n" + section_text(FRICTION, "friction")}
+    truth = head + section_text(RIG, "rig") + "\n" + section_text(FRICTION, "friction")
+    guess = f'[rig]\nbase = "chapter"\nk_p = {RIG.k_p}\nk_i = {RIG.k_i}\n'
+    head = "# The chapter's rig with the gains that are set at this drive.\n\n"
+    return {**found, "truth.toml": truth, "guess.toml": head + guess}
+
+
+def beside_truth(posterior: Posterior) -> str:
+    """A table of the parameters that a calibration looked for, and the critical speed, beside those of the rig."""
+    truth, rows = values_of(RIG, FRICTION), []
+    for name, (value, low, high) in posterior.intervals.items():
+        held = "yes" if low <= truth[name] <= high else "no"
+        rows.append([name, f"{truth[name]:.4g}", f"{value:.4g}", f"{low:.4g} to {high:.4g}", held])
+    pressed = FRICTION.normal_force
+    speeds = [
+        float(critical_speed(rig, replace(friction, normal_force=pressed)))
+        for rig, friction in ((RIG, FRICTION), (posterior.rig, posterior.friction))
+    ]
+    said = f"critical speed at {pressed:g} N: {speeds[0]:.3f} rad/s, by the calibration {speeds[1]:.3f}"
+    return f"{table(['parameter', 'true', 'found', '90 % interval', 'holds it'], rows, 1)}\n{said}"
 
 
 def _logged(name: str, number: int) -> str:
@@ -104,7 +127,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the folder."""
     parser = Parser(prog="python -m benchmarks.twin", description=__doc__)
     parser.add_argument("--output", type=Path, default=FOLDER, metavar="DIR", help="default: docs/twin")
+    parser.add_argument("--beside", type=Path, metavar="DIR", help="the folder of a calibration to compare")
     chosen = parser.parse_args(arguments)
+    if chosen.beside is not None:
+        try:
+            print(beside_truth(Posterior.from_folder(chosen.beside)))
+        except (ValueError, FileNotFoundError) as error:
+            parser.error(str(error))
+        return 0
     check_writable(chosen.output)
     for name, text in files().items():
         write_text(chosen.output / name, text)

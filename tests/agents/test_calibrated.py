@@ -7,11 +7,12 @@ import pytest
 from agents.policy.run_folder import read_config
 from agents.training.settings import Training, checked_config
 from agents.training.train import train
-from drillrig_env import Fleet, Scenario, Task
+from drillrig_env import Fleet, Friction, Scenario, Task
 from drillrig_env.calibrate.posterior import Posterior
 from drillrig_env.policy import load
 from tests.agents.tiny import PPO
 from tests.calibrate.folder import FRICTION, RIG, write_folder
+from tests.test_own_law import FILE
 from train import main
 
 
@@ -105,3 +106,14 @@ def test_an_agent_of_another_rig_is_no_beginning(folder, tmp_path):
     )
     with pytest.raises(ValueError, match="run has a rig of its own; allowed with a calibration: the chapter's"):
         checked_config(Training(env_kwargs={"rig": folder}, resume_from=str(run)))
+
+
+def test_another_law_of_friction_goes_into_the_config_by_its_name(tmp_path):
+    folder = write_folder(tmp_path / "other", friction=Friction(24.0, 0.42, 0.25, 1.3, law="gaussian"))
+    _, task = task_of(Training(env_kwargs={"rig": folder}, hyperparams=PPO))
+    assert task.scenario.friction.law == "gaussian"
+    (tmp_path / "mine.py").write_text(FILE, encoding="utf-8")
+    own = Friction(24.0, 0.42, 0.25, 1.3, law=f"{tmp_path / 'mine.py'}:level")
+    config, task = task_of(Training(env_kwargs={"rig": write_folder(tmp_path / "own", friction=own)}, hyperparams=PPO))
+    assert config["env_kwargs"]["scenario"]["friction"]["law"].endswith("mine.py:level")
+    assert task.scenario.friction.law.name == "level"

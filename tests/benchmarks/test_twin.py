@@ -1,11 +1,14 @@
 """The records that the tutorial ships: what the command makes, and what is read of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.twin import FOLDER, FRICTION, GLITCHES, RIG, files, main
 from drillrig_env import Friction, Rig
 from drillrig_env.calibrate.records import read_record
+from tests.calibrate.folder import write_folder
 
 MADE = files()
 
@@ -46,3 +49,17 @@ def test_the_command_writes_where_it_is_told(tmp_path, capsys):
     assert main(["--output", str(tmp_path / "twin")]) == 0
     assert {path.name for path in (tmp_path / "twin").iterdir()} == set(MADE)
     assert "stick_slip.csv" in capsys.readouterr().out
+
+
+def test_a_calibration_is_held_beside_the_truth(tmp_path, capsys):
+    folder = write_folder(tmp_path / "my_rig", RIG, FRICTION, names=("k_2", "v_b"))
+    assert main(["--beside", str(folder)]) == 0
+    told = capsys.readouterr().out
+    assert "| k_2 | 0.47 | 0.47 | 0.423 to 0.517 | yes |" in told
+    assert "critical speed at 24 N: 3.310 rad/s, by the calibration 3.310" in told
+    off = write_folder(tmp_path / "off", replace(RIG, k_2=0.6), FRICTION, names=("k_2",))
+    assert main(["--beside", str(off)]) == 0
+    assert "| k_2 | 0.47 | 0.6 | 0.54 to 0.66 | no |" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        main(["--beside", str(tmp_path / "nosuch")])
+    assert "rig.toml is missing" in capsys.readouterr().err
