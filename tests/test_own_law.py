@@ -77,6 +77,7 @@ def test_chapters_law_written_by_hand_gives_the_chapters_answers():
     assert found.lyapunov_coefficient == pytest.approx(expected.lyapunov_coefficient, rel=1e-8)
 
 
+@pytest.mark.usefixtures("coarser_radau")
 @pytest.mark.parametrize(("force", "v_b", "speed"), [(20.0, 1.0, 2.0), (15.0, 4.0, 0.5)])
 def test_own_law_is_followed_within_the_tolerance(force, v_b, speed):
     friction = Friction(force, v_b=v_b, law=BUMP)
