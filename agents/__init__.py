@@ -9,7 +9,6 @@ keep_former_names(
         "agents.environment": "agents.policy.environment",
         "agents.run_folder": "agents.policy.run_folder",
         "agents.schedules": "agents.training.schedules",
-        "agents.export": "agents.shipping.export",
         "agents.ship": "agents.shipping.ship",
     }
 )

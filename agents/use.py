@@ -1,6 +1,6 @@
 """How agents are trained, passed on and used elsewhere, as a section of the page of agents."""
 
-from agents.shipping.export import EXAMPLE
+from agents.export import EXAMPLE
 
 USE = f"""## Train, resume, export
 
@@ -80,10 +80,12 @@ the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). S
 `sac.yml` in `agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with
 rl_zoo3 2.9.2 for 98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
 
-`python -m agents.shipping.export ppo --out policy.onnx` writes an agent as one file that takes measured values in
-physical units by name and gives the rate of the speed reference in rad/s², with scaling, clipping and slew limit
-inside. It plays recorded episodes through both and fails where they differ by over 5e-6 of that limit. This runs it,
-with nothing but onnxruntime and NumPy:
+`python -m agents.export ppo --out policy.onnx` writes an agent as one file that takes measured values in physical units
+by name and gives the rate of the speed reference in rad/s², and the reference itself, with scaling, clipping, memory,
+slew limit and range inside; [what the file holds, and how to run it on hardware](hardware.md). It plays recorded
+episodes through both and fails where they differ by 1e-6 of that limit. Networks are computed in double precision:
+PyTorch's single precision moves the actions by some 1e-6 of its own, which the command prints too. This runs it, with
+nothing but onnxruntime and NumPy:
 
 ```text
 {EXAMPLE.strip()}

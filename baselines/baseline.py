@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.policy import AtHome
 from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.rig import Rig, RigLike
+
+if TYPE_CHECKING:
+    from drillrig_env.deploy.graph import Graph, Value
 
 
 class Baseline(AtHome):
@@ -137,6 +140,21 @@ class Baseline(AtHome):
     def drive(self) -> Drive | None:
         """The drive that the policy asks for; None leaves the rig's own."""
         return None
+
+    def draw(self, graph: Graph, observation: Value) -> Value:
+        """The action (batch, 1) of observations (batch, channels) in an ONNX graph; see `drillrig_env.deploy.build`.
+
+        `ValueError` for a law of which there is no graph, with those of which there is.
+        """
+        from baselines.graphs import draw
+
+        return draw(self, graph, observation)
+
+    def training(self) -> Mapping[str, Any]:
+        """Where its numbers come from: the law, and the values of what is tuned; for its file."""
+        tuned = {} if not self.tuned else self._given_or_tuned(**dict.fromkeys(self.tuned))
+        values = {name: float(getattr(self, name, value)) for name, value in tuned.items()}
+        return {"kind": "law", "law": type(self).__name__, "values": values}
 
     def tell(self, info: Mapping[str, Any]) -> None:
         """Take from an environment's `info` what this policy is told; one entry a rig, or numbers."""

@@ -25,7 +25,7 @@ from drillrig_env.stability import basin_depth, critical_slope, critical_speed, 
 
 _MEAN_TIME = 10.0  # s, of the torque's mean
 _FOLLOW = 0.15  # of the torque's oscillation: over about one cycle, so that noise is not taken for shaking
-_TWIST_RATE_TIME = 2.5  # s, of the mean square twist rate; about one stick-slip period
+TWIST_RATE_TIME = 2.5  # s, of the mean square twist rate; about one stick-slip period
 
 
 class Course(NamedTuple):
@@ -94,7 +94,7 @@ class JumpEase(CountedLaw):
         """Up past the fold while shaking, level until calm, then down at the safe rate to the floor."""
         reference = seen["speed_reference"]
         floor, past_fold, rate = course
-        memory[:, 0] += self.followed(_TWIST_RATE_TIME) * (self._twist_rate(seen, memory[:, 2:]) ** 2 - memory[:, 0])
+        memory[:, 0] += self.followed(TWIST_RATE_TIME) * (self._twist_rate(seen, memory[:, 2:]) ** 2 - memory[:, 0])
         oscillation = np.sqrt(memory[:, 0]) / np.maximum(reference, 0.1)
         easing = np.where(memory[:, 1] > 0, oscillation < self.shaking, oscillation < self.calm)
         memory[:, 1] = easing

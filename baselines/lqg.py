@@ -24,18 +24,18 @@ from drillrig_env.parameters import refuse
 from drillrig_env.rig import RigLike
 from drillrig_env.scales import LARGEST_REFERENCE
 
-_SLOPES = np.geomspace(0.002, 0.25, 32)
+SLOPES = np.geomspace(0.002, 0.25, 32)
 """Friction slopes s that gains are designed for, N m s/rad: up to 20 times what the bare drive can bear."""
 
-_STEP, _OFFSET, _SHAKING, _PAST = SIZE, SIZE + 1, SIZE + 2, SIZE + 3
+STEP, OFFSET, SHAKING, PAST = SIZE, SIZE + 1, SIZE + 2, SIZE + 3
 """Columns of memory after the estimate: steps done, set point less target, mean square twist rate, past references."""
 
 TWIST_RATE_TIME = 2.5  # s, of that mean; about one stick-slip period
 _LEAST_NOISE = 0.01  # of an exact channel, as a share of its scale
 _FIRST_SPREAD = (0.3, 0.8, 3.0, 3.0, 0.5, 0.3, 0.1)  # of the states at first, for all that is known
-_FIRST_LEVEL, _FIRST_LEVEL_SPREAD = 0.3, 0.5  # of the friction torque, N m
-_HIGHEST_SET_POINT = LARGEST_REFERENCE - 2.0  # rad/s; room for the feedback
-_WAIT = 3.0  # s, before the first verdict on shaking
+FIRST_LEVEL, _FIRST_LEVEL_SPREAD = 0.3, 0.5  # of the friction torque, N m
+HIGHEST_SET_POINT = LARGEST_REFERENCE - 2.0  # rad/s; room for the feedback
+WAIT = 3.0  # s, before the first verdict on shaking
 
 
 class LQG(CountedLaw):
@@ -60,7 +60,7 @@ class LQG(CountedLaw):
     """
 
     any_of = (("bit_speed", "top_speed"), ("twist_23", "top_speed"), ("string_torque",), ("current", "top_speed"))
-    memory = _PAST + LONGEST_DELAY + 1
+    memory = PAST + LONGEST_DELAY + 1
     tuned: ClassVar[dict[str, tuple[float, float]]] = {
         "twisting": (0.0, 40.0),
         "effort": (1.0, 60.0),
@@ -105,7 +105,7 @@ class LQG(CountedLaw):
             raise refuse("LQG", "delay", self.delay, "control steps", f"0 to {LONGEST_DELAY}")
         self.measured = tuple(name for name in MEASURED if name in self.sensors.names)
         models = [
-            LinearRig(plant, slope, forgotten, self.period, self.plant) for plant in self.plants for slope in _SLOPES
+            LinearRig(plant, slope, forgotten, self.period, self.plant) for plant in self.plants for slope in SLOPES
         ]
         channels = {channel.name: channel for channel in self.sensors.channels}
         shown = [channels[name] for name in self.measured]
@@ -120,38 +120,38 @@ class LQG(CountedLaw):
         And for every rig the gain that makes an estimate of the first measurement.
         """
         self._rigs = side_by_side(self.plants)
-        self._transition = np.stack([model.transition for model in models])
-        self._input = np.stack([model.input for model in models])
-        self._filter = np.stack(
+        self.transition = np.stack([model.transition for model in models])
+        self.by_reference = np.stack([model.input for model in models])
+        self.filter_gains = np.stack(
             [model.filter_gain(self.measured, noise, gains["level"], gains["fluctuation"]) for model in models]
         )
-        self._feedback = np.stack([model.feedback_gain(gains["twisting"], gains["effort"]) for model in models])
-        each = models[:: len(_SLOPES)]
-        self._per_speed = np.stack([model.per_speed for model in each])
-        self._per_level = np.stack([model.per_level for model in each])
-        self._rows = np.stack([[model.measurement(name)[0] for name in self.measured] for model in each])
-        self._through = np.array([[model.measurement(name)[1] for name in self.measured] for model in each])
+        self.feedback = np.stack([model.feedback_gain(gains["twisting"], gains["effort"]) for model in models])
+        each = models[:: len(SLOPES)]
+        self.per_speed = np.stack([model.per_speed for model in each])
+        self.per_level = np.stack([model.per_level for model in each])
+        self.rows = np.stack([[model.measurement(name)[0] for name in self.measured] for model in each])
+        self.through = np.array([[model.measurement(name)[1] for name in self.measured] for model in each])
         first = []
-        for rows, per_level in zip(self._rows, self._per_level, strict=True):
+        for rows, per_level in zip(self.rows, self.per_level, strict=True):
             by_level = _FIRST_LEVEL_SPREAD * per_level
             spread = np.diag([*np.square(_FIRST_SPREAD), 0.0, 0.0, 0.01]) + np.outer(by_level, by_level)
             first.append(gain_of(spread, rows, np.diag(noise**2)))
-        self._first = np.stack(first)
+        self.first_gain = np.stack(first)
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
     ) -> FloatArray:
         """The reference so far and the change that the feedback asks for."""
-        set_point = seen["speed_target"] + memory[:, _OFFSET]
+        set_point = seen["speed_target"] + memory[:, OFFSET]
         reference = seen["speed_reference"] - set_point
         places = self.places(privileged)
         gains = self._scheduled(memory[:, LEVEL], set_point, self._law(privileged))
         z = self._estimate(seen, memory, set_point, reference, gains, places)
         move = self._move_set_point(z, memory, set_point, gains, places)
-        z[:, :7] -= self._per_speed[places] * move[:, None]
-        z[:, LEVEL] -= _SLOPES[gains] * move
-        deviation = np.column_stack([z - z[:, LEVEL, None] * self._per_level[places], reference - move])
-        change = -(self._feedback[_entries(places, gains)] * deviation).sum(axis=-1)
+        z[:, :7] -= self.per_speed[places] * move[:, None]
+        z[:, LEVEL] -= SLOPES[gains] * move
+        deviation = np.column_stack([z - z[:, LEVEL, None] * self.per_level[places], reference - move])
+        change = -(self.feedback[_entries(places, gains)] * deviation).sum(axis=-1)
         return np.asarray(seen["speed_reference"] + move + change)
 
     def estimate(self, state: tuple[np.ndarray, ...], speed_target: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -160,7 +160,7 @@ class LQG(CountedLaw):
         They are those of the last measurement, which is as old as the sensors' delay; `speed_target` in rad/s.
         """
         memory = state[0]
-        set_point = np.asarray(speed_target) / self.unit("speed_target") + memory[:, _OFFSET]
+        set_point = np.asarray(speed_target) / self.unit("speed_target") + memory[:, OFFSET]
         units = np.array([self.unit(name) for name in STATE_NAMES])
         rigs = self._rigs[self.places(self._privileged_values)]
         states = frictionless_state(rigs, set_point) + memory[:, :7]
@@ -171,12 +171,12 @@ class LQG(CountedLaw):
         return self.nominal_friction
 
     def _scheduled(self, level: FloatArray, speed: FloatArray, law: Friction) -> np.ndarray:
-        """Which of _SLOPES is nearest to `share` times that of the law with the torque `level` at `speed`."""
+        """Which of SLOPES is nearest to `share` times that of the law with the torque `level` at `speed`."""
         force = np.maximum(level, 0.0) / np.asarray(law.torque(self.plant, speed))
         slope = -self.share * force * np.asarray(law.slope(self.plant, speed))
-        ratio = np.log(_SLOPES[1] / _SLOPES[0])
-        nearest = np.rint(np.log(np.maximum(slope, _SLOPES[0]) / _SLOPES[0]) / ratio)
-        return np.asarray(np.minimum(nearest, len(_SLOPES) - 1).astype(int))
+        ratio = np.log(SLOPES[1] / SLOPES[0])
+        nearest = np.rint(np.log(np.maximum(slope, SLOPES[0]) / SLOPES[0]) / ratio)
+        return np.asarray(np.minimum(nearest, len(SLOPES) - 1).astype(int))
 
     def _estimate(
         self,
@@ -188,24 +188,24 @@ class LQG(CountedLaw):
         places: npt.NDArray[np.intp],
     ) -> FloatArray:
         """Filter the measurement, which is `delay` steps old, and reckon on from there with the known references."""
-        done, past = memory[:, _STEP].copy(), memory[:, _PAST : _PAST + self.delay + 1]
+        done, past = memory[:, STEP].copy(), memory[:, PAST : PAST + self.delay + 1]
         past[:, :-1] = past[:, 1:]
         past[:, -1] = reference
         past[done == 0] = reference[done == 0, None]
         first, waiting = (done == 0)[:, None], ((done > 0) & (done <= self.delay))[:, None]
         design, rigs = _entries(places, gains), self._rigs[places]
-        transition, by_reference = self._transition[design], self._input[design]
+        transition, by_reference = self.transition[design], self.by_reference[design]
         shown = [seen[name] - without_friction(rigs, self.plant, name, set_point) for name in self.measured]
         expected = np.where(
             first,
-            _FIRST_LEVEL * self._per_level[places],
+            FIRST_LEVEL * self.per_level[places],
             applied(transition, memory[:, :SIZE]) + by_reference * past[:, :1],
         )
-        news = np.stack(shown, axis=-1) - applied(self._rows[places], expected) - self._through[places] * past[:, :1]
-        z = expected + np.where(first, applied(self._first[places], news), applied(self._filter[design], news))
+        news = np.stack(shown, axis=-1) - applied(self.rows[places], expected) - self.through[places] * past[:, :1]
+        z = expected + np.where(first, applied(self.first_gain[places], news), applied(self.filter_gains[design], news))
         z = np.where(waiting, memory[:, :SIZE], z)  # the first measurement is all that is seen until the second arrives
         memory[:, :SIZE] = z
-        memory[:, _STEP] += 1.0
+        memory[:, STEP] += 1.0
         for age in range(self.delay, 0, -1):
             known = (done >= age)[:, None]
             z = np.where(known, applied(transition, z) + by_reference * past[:, [self.delay + 1 - age]], z)
@@ -220,15 +220,15 @@ class LQG(CountedLaw):
         places: npt.NDArray[np.intp],
     ) -> FloatArray:
         """Up while shaking, otherwise down to the target; returns the move (rad/s) and puts the memory about it."""
-        is_shaking = np.sqrt(memory[:, _SHAKING]) / set_point > self.shaking
-        memory[:, _SHAKING] += self.followed(TWIST_RATE_TIME) * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, _SHAKING])
+        is_shaking = np.sqrt(memory[:, SHAKING]) / set_point > self.shaking
+        memory[:, SHAKING] += self.followed(TWIST_RATE_TIME) * ((z[:, 2] - z[:, 4]) ** 2 - memory[:, SHAKING])
         rate = np.where(is_shaking, self.rise, -self.ease)
-        wanted, time = rate * self.period, memory[:, _STEP] * self.period
-        move = move_of_set_point(wanted, set_point, memory[:, _OFFSET], time, _HIGHEST_SET_POINT)
-        memory[:, _OFFSET] += move
-        memory[:, :7] -= self._per_speed[places] * move[:, None]
-        memory[:, LEVEL] -= _SLOPES[gains] * move
-        memory[:, _PAST : _PAST + self.delay + 1] -= move[:, None]
+        wanted, time = rate * self.period, memory[:, STEP] * self.period
+        move = move_of_set_point(wanted, set_point, memory[:, OFFSET], time, HIGHEST_SET_POINT)
+        memory[:, OFFSET] += move
+        memory[:, :7] -= self.per_speed[places] * move[:, None]
+        memory[:, LEVEL] -= SLOPES[gains] * move
+        memory[:, PAST : PAST + self.delay + 1] -= move[:, None]
         return move
 
 
@@ -241,10 +241,10 @@ def move_of_set_point(
     since the episode began, s.
     """
     move = np.clip(wanted, -offset, np.maximum(highest - set_point, 0.0))
-    move[time < _WAIT] = 0.0
+    move[time < WAIT] = 0.0
     return np.asarray(move)
 
 
 def _entries(places: npt.NDArray[np.intp], gains: np.ndarray) -> npt.NDArray[np.intp]:
     """Where the design for some rigs and slopes is among those for all."""
-    return np.asarray(places * len(_SLOPES) + gains)
+    return np.asarray(places * len(SLOPES) + gains)

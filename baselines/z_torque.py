@@ -22,7 +22,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.rig import RigLike
 
 _SQUARE = MEMORY + OSCILLATION_MEMORY  # column of memory: mean square amplitude of the torque's oscillation
-_LIFT_TIME = 5.0  # s, of that mean; about two cycles
+LIFT_TIME = 5.0  # s, of that mean; about two cycles
 
 
 class ZTorque(CountedLaw):
@@ -86,7 +86,7 @@ class ZTorque(CountedLaw):
         deviation = torque_deviation(self.plant, seen, memory[:, :MEMORY], self.time_constant, self.period)
         z = oscillation(self.plant, deviation, memory[:, MEMORY:_SQUARE], self.each_step(self.follow), self.period)
         ahead = z * np.exp(2j * pi * self.plant.string_frequencies[0] * self.lead)
-        memory[:, _SQUARE] += self.period / _LIFT_TIME * (np.abs(z) ** 2 - memory[:, _SQUARE])
+        memory[:, _SQUARE] += self.period / LIFT_TIME * (np.abs(z) ** 2 - memory[:, _SQUARE])
         calm = self.calm * self.plant.impedance * seen["speed_target"]
         excess = np.maximum(np.sqrt(memory[:, _SQUARE]) - calm, 0.0)
         return np.asarray(seen["speed_target"] - self.gain * ahead.real + self.lift * excess)

@@ -16,6 +16,7 @@ _EXTRA_OF = {
     "torch": "agents",
     "yaml": "agents",
     "onnx": "export",
+    "onnxruntime": "deploy",
     "matplotlib": "plot",
     "pygame": "render",
     "PIL": "render",

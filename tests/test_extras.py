@@ -46,7 +46,7 @@ def test_agents_are_named_in_the_help_and_others_compete(run, tmp_path):
     [
         ["train.py"],
         ["-m", "drillrig_env.cli", "train", "--help"],
-        ["-m", "agents.shipping.export", "ppo"],
+        ["-m", "agents.export", "ppo"],
         ["-m", "agents.compare", "ablations"],
         ["-m", "benchmarks.training"],
     ],

@@ -38,6 +38,7 @@ FLOORS = [
     ["plots"],
     ["evaluation"],
     ["calibrate", "validation"],
+    ["deploy"],
     ["cli"],
 ]
 """The rooms of `drillrig_env` from the ground up; those of one floor may not import each other, but for the ground."""

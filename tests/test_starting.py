@@ -37,7 +37,7 @@ def run(tmp_path, name, *words):
         ["-m", "drillrig_env.cli", "evaluate"],
         ["-m", "drillrig_env.validation"],
         ["-m", "baselines.tune", "lqg"],
-        ["-m", "agents.shipping.export", "ppo"],
+        ["-m", "agents.export", "ppo"],
         ["-m", "benchmarks.solvers"],
     ],
 )

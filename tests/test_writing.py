@@ -20,7 +20,7 @@ COMMANDS = [
     ("baselines.tune", "z_torque --output {}/tuned.json", "baselines.tune.search"),
     ("agents.page", "--docs {}", "agents.page.page"),
     ("agents.compare", "ablations --output {}/found.json", "agents.compare.compare"),
-    ("agents.shipping.export", "ppo --out {}/policy.onnx", "agents.shipping.export.load_policy"),
+    ("drillrig_env.deploy.export", "lqg --out {}/lqg.onnx", "drillrig_env.deploy.export.policy_to_export"),
     ("benchmarks.page", "--output {}/page.md", "benchmarks.page.take_in"),
 ]
 

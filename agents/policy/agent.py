@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,9 @@ from drillrig_env.env.task import TASK_FIELDS, Task
 from drillrig_env.policy import AtHome
 from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.scales import SLEW_LIMIT, Scales
+
+if TYPE_CHECKING:
+    from drillrig_env.deploy.graph import Graph, Value
 
 _OF_TRAINING = ("scenario", "reward", "noise", "delay", "duration", "slew_limit")
 """Arguments of the environment that an agent was trained in and need not meet again."""
@@ -55,6 +58,43 @@ class Agent(AtHome):
     def environment(self) -> dict[str, Any]:
         """The arguments of the environment in which the agent was trained (`sensors`, `reward`, ...)."""
         return environment_arguments(self.config["env_id"], self.config["env_kwargs"])
+
+    @property
+    def task(self) -> Task:
+        """What the agent was trained in."""
+        return self._task
+
+    def draw(self, graph: Graph, observation: Value) -> Value:
+        """The action (batch, 1) of observations (batch, channels) in an ONNX graph; see `drillrig_env.deploy.build`.
+
+        `ValueError` for a network that a graph cannot hold, with what it can.
+        """
+        from agents.shipping.onnx_graph import draw
+
+        return draw(self, graph, observation)
+
+    def predict_in_double(
+        self, observation: npt.NDArray[np.float32], state: Memory = None
+    ) -> tuple[np.ndarray, Memory]:
+        """Actions (n, 1) for observations (n, channels), and the next state, without single precision's rounding."""
+        from agents.shipping.onnx_graph import act_in_double
+
+        return act_in_double(self, observation, state)
+
+    def training(self) -> dict[str, Any]:
+        """Where its weights come from: algorithm, environment, seed, steps, date and versions; for its file."""
+        config, made = self.config, self.config.get("provenance", {})
+        return {
+            "kind": "network",
+            "algorithm": config["algorithm"],
+            "environment": config["env_id"],
+            "env_kwargs": config["env_kwargs"],
+            "seed": config["seed"],
+            "steps": config["hyperparameters"].get("n_timesteps"),
+            "frames": self.frames,
+            "date": made.get("date"),
+            "versions": made.get("versions", {}),
+        }
 
     @property
     def sensors(self) -> Sensors:

@@ -189,7 +189,7 @@ def _use(name: str, agent: Agent) -> str:
     return (
         f"## Use\n\n{drive}\n\n```python\n{EXAMPLE.replace('NAME', name)}```\n\n"
         f"`python eval.py constant z_torque {name} --env {agent.config['env_id']}` compares it, "
-        f"`python -m agents.shipping.export {name}` writes it as one ONNX file that needs neither this package "
+        f"`python -m agents.export {name}` writes it as one ONNX file that needs neither this package "
         f"nor PyTorch.\n"
     )
 

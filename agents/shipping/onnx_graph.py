@@ -1,84 +1,57 @@
-"""An agent as an ONNX graph: physical values by name in, rate of the speed reference out.
+"""A trained network as operators of an ONNX graph, one by one as Stable-Baselines3 has it, in double precision.
 
-Every channel is an input of its own, so that nobody has to know the order of an observation. Scaling
-and clipping are part of the graph, in double precision as in the environment; the network follows in
-single precision, operation by operation as Stable-Baselines3 has it.
+Stable-Baselines3 computes in single precision, whose rounding depends on machine and batch: it moves actions by some
+1e-6 (`largest_difference` of `drillrig_env.deploy.export` measures it). In double precision the file is the network
+itself, and the same on every machine; the weights are kept as they are, in single precision.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+import copy
 from typing import Any
 
 import numpy as np
-import onnx
 import torch
-from onnx import TensorProto, helper, numpy_helper
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.torch_layers import FlattenExtractor
 
-from agents.policy.agent import Agent
-from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.sensors import LIMIT, Channel
+from agents.policy.agent import Agent, Memory
+from agents.policy.frames import Frames, no_frames, push
+from drillrig_env.deploy.graph import Graph, Value
 
-OUTPUT = "speed_reference_rate"
-"""Name of the output: the rate of the speed reference, rad/s^2, shape (batch, 1)."""
+FRAMES = "frames"
+"""Name of the memory of an agent with a frame stack: zeros at first, the oldest observation first."""
 
-FRAMES, NEXT_FRAMES = "frames", "next_frames"
-"""Names of the memory of an agent with a frame stack: zeros at first, then what came out last."""
-
-_OPSET, _IR_VERSION = 17, 8  # both widely understood by runtimes
 _OPERATORS = {torch.nn.Tanh: "Tanh", torch.nn.ReLU: "Relu", torch.nn.ELU: "Elu", torch.nn.Sigmoid: "Sigmoid"}
 
 
-class Graph:
-    """Nodes and constants of a graph in the making; every method returns the name of its result."""
-
-    def __init__(self) -> None:
-        self.nodes: list[onnx.NodeProto] = []
-        self.constants: list[onnx.TensorProto] = []
-
-    def constant(self, value: Any, dtype: type) -> str:
-        """A constant array."""
-        name = f"constant_{len(self.constants)}"
-        self.constants.append(numpy_helper.from_array(np.asarray(value, dtype=dtype), name))
-        return name
-
-    def add(self, operator: str, *inputs: str, output: str | None = None, **attributes: Any) -> str:
-        """A node with one output."""
-        name = output or f"{operator.lower()}_{len(self.nodes)}"
-        self.nodes.append(helper.make_node(operator, list(inputs), [name], **attributes))
-        return name
-
-
-def build(agent: Agent) -> onnx.ModelProto:
-    """The graph of a trained agent. `ValueError` for a network that it cannot hold, with what it can."""
+def draw(agent: Agent, graph: Graph, observation: Value) -> Value:
+    """The action (batch, 1) of a trained agent. `ValueError` for a network that cannot be a graph, with what can."""
     layers = actor_layers(agent)
-    channels = agent.sensors.channels
-    graph = Graph()
-    observation = _observation(graph, channels)
-    inputs = [helper.make_tensor_value_info(c.name, TensorProto.DOUBLE, ["batch", 1]) for c in channels]
-    outputs = [helper.make_tensor_value_info(OUTPUT, TensorProto.FLOAT, ["batch", 1])]
-    if agent.frames > 1:
-        width = agent.frames * len(channels)
-        inputs.append(helper.make_tensor_value_info(FRAMES, TensorProto.FLOAT, ["batch", width]))
-        outputs.append(helper.make_tensor_value_info(NEXT_FRAMES, TensorProto.FLOAT, ["batch", width]))
-        bounds = [graph.constant([n], np.int64) for n in (len(channels), width, 1)]
-        kept = graph.add("Slice", FRAMES, *bounds)
-        observation = graph.add("Concat", kept, observation, output=NEXT_FRAMES, axis=1)
     hidden = observation
+    if agent.frames > 1:
+        channels = len(agent.sensors.channels)
+        width = agent.frames * channels
+        frames = graph.memory(FRAMES, width, np.float32)
+        hidden = graph.beside(graph.columns(frames, channels, width), observation)
+        graph.remember(FRAMES, hidden)
+    hidden = graph.cast(hidden, np.float64)
     for layer in layers:
         hidden = _layer(graph, layer, hidden)
-    ends = [graph.constant(end, np.float32) for end in (-1.0, 1.0)]
-    action = graph.add("Clip", hidden, *ends)
-    slew_limit = EpisodeBatch(1, **agent.environment).slew_limit
-    graph.add("Mul", action, graph.constant(slew_limit, np.float32), output=OUTPUT)
-    made = helper.make_graph(graph.nodes, "drillrig_agent", inputs, outputs, graph.constants)
-    model = helper.make_model(made, opset_imports=[helper.make_opsetid("", _OPSET)], ir_version=_IR_VERSION)
-    helper.set_model_props(model, _metadata(agent, slew_limit))
-    onnx.checker.check_model(model)
-    return model
+    return graph.clip(hidden, -1.0, 1.0)
+
+
+def act_in_double(agent: Agent, observation: Frames, state: Memory) -> tuple[np.ndarray, Memory]:
+    """What `agent.predict` gives, with the network computed in double precision: (n, 1), and the next state."""
+    rows = np.atleast_2d(observation)
+    if agent.frames > 1:
+        stack = no_frames(len(rows), agent.frames, rows.shape[1]) if state is None else state[0]
+        rows = push(stack, rows)
+    hidden = torch.as_tensor(rows, dtype=torch.float64)
+    with torch.no_grad():
+        for layer in actor_layers(agent):
+            hidden = copy.deepcopy(layer).double()(hidden)
+    return np.clip(hidden.numpy(), -1.0, 1.0), (rows,) if agent.frames > 1 else None
 
 
 def actor_layers(agent: Agent) -> list[torch.nn.Module]:
@@ -101,38 +74,11 @@ def actor_layers(agent: Agent) -> list[torch.nn.Module]:
     return layers
 
 
-def _observation(graph: Graph, channels: Sequence[Channel]) -> str:
-    """What the environment makes of physical values: (value - offset) / scale, clipped; shape (batch, channels)."""
-    scaled = []
-    for channel in channels:
-        offset = "speed_target" if channel.offset == "target" else graph.constant(channel.offset, np.float64)
-        distance = graph.add("Sub", channel.name, offset)
-        scaled.append(graph.add("Div", distance, graph.constant(channel.scale, np.float64)))
-    row = graph.add("Concat", *scaled, axis=1)
-    clipped = graph.add("Clip", row, graph.constant(-LIMIT, np.float64), graph.constant(LIMIT, np.float64))
-    return graph.add("Cast", clipped, to=TensorProto.FLOAT)
-
-
-def _layer(graph: Graph, layer: torch.nn.Module, hidden: str) -> str:
+def _layer(graph: Graph, layer: torch.nn.Module, hidden: Value) -> Value:
     if not isinstance(layer, torch.nn.Linear):
-        return graph.add(_OPERATORS[type(layer)], hidden)
-    weight = graph.constant(layer.weight.detach().numpy(), np.float32)
-    bias = graph.constant(layer.bias.detach().numpy(), np.float32)
-    return graph.add("Gemm", hidden, weight, bias, transB=1)
-
-
-def _metadata(agent: Agent, slew_limit: float) -> dict[str, str]:
-    """What a user of the file must know, as text; `channels` is JSON."""
-    config = agent.config
-    channels = [{"name": c.name, "unit": c.unit, "meaning": c.meaning} for c in agent.sensors.channels]
-    return {
-        "channels": json.dumps(channels),
-        "output": f"{OUTPUT}: rate of the speed reference, rad/s^2",
-        "control_period": f"{agent.control_period} s",
-        "slew_limit": f"{slew_limit} rad/s^2",
-        "frames": str(agent.frames),
-        "environment": config["env_id"],
-        "algorithm": config["algorithm"],
-        "seed": str(config["seed"]),
-        "versions": json.dumps(config.get("provenance", {}).get("versions", {})),
-    }
+        return graph.make(_OPERATORS[type(layer)], hidden)
+    weight, bias = (
+        graph.cast(graph.constant(value.detach().numpy(), np.float32), np.float64)
+        for value in (layer.weight, layer.bias)
+    )
+    return graph.make("Gemm", hidden, weight, bias, transB=1)

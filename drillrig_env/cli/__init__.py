@@ -23,6 +23,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "measured": ("drillrig_env.calibrate.measured", "score a measured run against the model"),
     "evaluate": ("drillrig_env.cli.evaluate", "compare policies on the same random rigs"),
     "train": ("drillrig_env.cli.train", "train an agent (in a clone of the project)"),
+    "export": ("drillrig_env.deploy.export", "write a law or a trained agent as one ONNX file, for hardware"),
     "animate": ("drillrig_env.plots.animation", "film a rig that sticks and slips until a policy frees it"),
 }
 """Every command: the module that has its `main`, and what it does."""

@@ -95,7 +95,7 @@ class SlippingOrbits:
         return np.where((load >= least) & (load <= largest), depth, np.nan)
 
     @cached_property
-    def _unstable_side(self) -> tuple[FloatArray, FloatArray]:
+    def unstable_side(self) -> tuple[FloatArray, FloatArray]:
         """-ln G, rising, and depth from the orbit of the largest gain on: p2 beside stable steady rotation."""
         first = int(np.argmax(self.log_gain))
         gains, depths = -self.log_gain[first:], self.depth[first:]
@@ -104,14 +104,14 @@ class SlippingOrbits:
 
     @cached_property
     def _depth_of_gain(self) -> CubicSpline:
-        return CubicSpline(*self._unstable_side)
+        return CubicSpline(*self.unstable_side)
 
     def depth_of_gain(self, log_gain: FloatArray) -> FloatArray:
         """Depth of the unstable orbit p2 at a gain, ln G; that of the largest gain where G is above it.
 
         That one is 0 where p2 begins unstable: at the critical gain it is gone.
         """
-        gains, _ = self._unstable_side
+        gains, _ = self.unstable_side
         return np.asarray(self._depth_of_gain(np.clip(-np.asarray(log_gain), gains[0], gains[-1])))
 
     @cached_property

@@ -5,13 +5,14 @@ import sys
 import numpy as np
 import pytest
 
+from agents.export import EXAMPLE
 from agents.policy.agent import Agent
 from agents.policy.run_folder import load_policy
-from agents.shipping import export as command
-from agents.shipping.export import EXAMPLE, TOLERANCE, export, largest_difference
-from agents.shipping.exported import ExportedPolicy
 from agents.training.settings import Training
 from agents.training.train import train
+from drillrig_env.deploy import export as command
+from drillrig_env.deploy.export import TOLERANCE, export, largest_difference
+from drillrig_env.deploy.policy_file import PolicyFile
 from tests.agents import tiny
 
 onnx = pytest.importorskip("onnx")
@@ -19,6 +20,7 @@ onnxruntime = pytest.importorskip("onnxruntime")
 
 PPO = {**tiny.PPO, "learning_rate": 0.01}
 SAC = tiny.SAC
+ROUNDING = 5e-6  # of the slew limit: what PyTorch's single precision may move an action by
 
 
 @pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface"])
@@ -43,9 +45,10 @@ def agent(request, tmp_path_factory):
 def test_file_acts_as_the_agent(agent, tmp_path):
     export(agent, tmp_path / "policy.onnx")
     assert largest_difference(agent, tmp_path / "policy.onnx", episodes=10) < TOLERANCE
+    assert largest_difference(agent, tmp_path / "policy.onnx", episodes=10, single=True) < ROUNDING
     about = onnxruntime.InferenceSession(tmp_path / "policy.onnx").get_modelmeta().custom_metadata_map
     assert [channel["name"] for channel in json.loads(about["channels"])] == list(agent.sensors.names)
-    assert about["slew_limit"] == "1.5 rad/s^2"
+    assert json.loads(about["slew_limit"]) == {"value": 1.5, "unit": "rad/s^2"}
 
 
 def test_the_difference_counts_beside_the_slew_limit(agent, tmp_path):
@@ -101,13 +104,12 @@ def test_recurrent_network_is_refused(tmp_path):
         export(load_policy(folder), tmp_path / "policy.onnx")
 
 
-@pytest.mark.parametrize(("difference", "refused"), [(4.9e-6, False), (5e-6, True), (0.1, True), (float("nan"), True)])
+@pytest.mark.parametrize(("difference", "refused"), [(9e-7, False), (1e-6, True), (0.1, True), (float("nan"), True)])
 def test_a_file_that_acts_otherwise_than_its_agent_is_refused(difference, refused, tmp_path, monkeypatch, capsys):
-    """What the command says of a file hangs on the largest difference alone: 5e-6 of the slew limit is too much."""
+    """What the command says of a file hangs on the largest difference alone: 1e-6 of the slew limit is too much."""
     path = tmp_path / "policy.onnx"
-    monkeypatch.setattr(command, "find_run", lambda name: name)
-    monkeypatch.setattr(command, "load_policy", lambda run: None)
-    monkeypatch.setattr(command, "export", lambda agent, out: out.write_bytes(b"x"))
+    monkeypatch.setattr(command, "policy_to_export", lambda name, sensors: None)
+    monkeypatch.setattr(command, "export", lambda agent, out, name: out.write_bytes(b"x"))
     monkeypatch.setattr(command, "largest_difference", lambda agent, out, episodes: difference)
     assert command.main(["ppo", "--out", str(path)]) == refused
     told = capsys.readouterr()
@@ -119,7 +121,7 @@ def test_mistakes_are_explained_and_leave_no_file(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     for arguments, message in (
         (["ppo", "--episodes", "0"], "argument --episodes: '0' is not allowed; allowed: whole, >= 1"),
-        (["pppo"], "pppo: neither a shipped agent nor the folder of a run"),
+        (["pppo"], "policy 'pppo' is not known"),
     ):
         with pytest.raises(SystemExit) as end:
             command.main(arguments)
@@ -131,13 +133,13 @@ def test_mistakes_are_explained_and_leave_no_file(tmp_path, monkeypatch, capsys)
 def test_an_exported_agent_takes_float32_and_float64(agent, tmp_path):
     export(agent, tmp_path / "policy.onnx")
     rng = np.random.default_rng(0)
-    exported = ExportedPolicy(tmp_path / "policy.onnx")
-    assert exported.channels == tuple(agent.sensors.names)
-    values = {name: rng.uniform(0.0, 1.0, 5).astype(np.float32) for name in exported.channels}
-    single = exported.rates(values)
+    exported = PolicyFile(tmp_path / "policy.onnx")
+    assert exported.inputs == tuple(agent.sensors.names)
+    values = {name: rng.uniform(0.0, 1.0, 5).astype(np.float32) for name in exported.inputs}
+    single, _ = exported.step(values)
     exported.reset()
-    double = exported.rates({name: value.astype(np.float64)[:, None] for name, value in values.items()})
+    double, _ = exported.step({name: value.astype(np.float64)[:, None] for name, value in values.items()})
     np.testing.assert_array_equal(single, double)
-    assert single.shape == (5, 1)
-    with pytest.raises(ValueError, match=f"wants the channels {exported.channels[0]} too"):
-        exported.rates({name: values[name] for name in exported.channels[1:]})
+    assert single.shape == (5,)
+    with pytest.raises(ValueError, match=f"wants {exported.inputs[0]} too"):
+        exported.step({name: values[name] for name in exported.inputs[1:]})

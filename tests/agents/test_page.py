@@ -52,7 +52,7 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "| action 0, same drive | | | 0.125 | none | 0.125 | 0.125 | 9.0 | 0.200 | |",
         "| action 0, the rig's own drive |",
         "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | 1.000",
-        "python -m agents.shipping.export",
+        "python -m agents.export",
         "ablations: `the command`, today, one (2 trainings)",
     ):
         assert words in text

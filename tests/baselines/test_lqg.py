@@ -4,7 +4,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from baselines.linear_rig import LEVEL, MEAN_TORQUE, LinearRig, without_friction
-from baselines.lqg import _FIRST_LEVEL_SPREAD, _FIRST_SPREAD, _OFFSET, _PAST, _SHAKING, _SLOPES, _STEP, LQG
+from baselines.lqg import _FIRST_LEVEL_SPREAD, _FIRST_SPREAD, LQG, OFFSET, PAST, SHAKING, SLOPES, STEP
 from baselines.tune import tuning_suite
 from drillrig_env import Friction, Rig
 from drillrig_env.evaluation.runner import run
@@ -17,7 +17,7 @@ from tests.rigs import FIELD
 ONLY = np.zeros(1, dtype=int)
 """The place of the one rig among the rigs of a policy that is not told any."""
 
-MODEL = LinearRig(Rig(), slope=_SLOPES[0], forgotten=6.0)
+MODEL = LinearRig(Rig(), slope=SLOPES[0], forgotten=6.0)
 
 
 @pytest.mark.parametrize("sensors", ["state", "encoders", "surface"])
@@ -97,7 +97,7 @@ def test_moving_the_set_point_moves_the_origin_and_nothing_else():
     policy = LQG(delay=3)
     rng = np.random.default_rng(2)
     memory, set_point = rng.normal(0.0, 0.3, (4, policy.memory)), np.array([3.0, 4.0, 5.0, 3.5])
-    memory[:, _STEP], memory[:, _OFFSET], memory[:, _SHAKING] = 80.0, [1.0, 0.5, 2.0, 0.0], [4.0, 0.0, 0.0, 4.0]
+    memory[:, STEP], memory[:, OFFSET], memory[:, SHAKING] = 80.0, [1.0, 0.5, 2.0, 0.0], [4.0, 0.0, 0.0, 4.0]
     gains, before = np.array([3, 10, 20, 30]), memory.copy()
     move = policy._move_set_point(memory[:, :10].copy(), memory, set_point, gains, ONLY)
     assert (move != 0).all()
@@ -105,13 +105,13 @@ def test_moving_the_set_point_moves_the_origin_and_nothing_else():
     states = [frictionless_state(rig, s) + m[:, :7] for s, m in ((set_point, before), (at, memory))]
     np.testing.assert_allclose(states[1], states[0], atol=1e-12)
     torque = [
-        m[:, LEVEL] - _SLOPES[gains] * (x[:, 2] - s)
+        m[:, LEVEL] - SLOPES[gains] * (x[:, 2] - s)
         for s, m, x in ((set_point, before, states[0]), (at, memory, states[1]))
     ]
     np.testing.assert_allclose(torque[1], torque[0], atol=1e-12)
-    past = slice(_PAST, _PAST + 4)
+    past = slice(PAST, PAST + 4)
     np.testing.assert_allclose(at[:, None] + memory[:, past], set_point[:, None] + before[:, past], atol=1e-12)
-    np.testing.assert_allclose(memory[:, _OFFSET] - before[:, _OFFSET], move)
+    np.testing.assert_allclose(memory[:, OFFSET] - before[:, OFFSET], move)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_set_point_rises_while_it_shakes_and_comes_down_to_the_target(shaking, o
     policy = LQG()
     memory = np.zeros((1, policy.memory))
     set_point = np.array([3.0 + offset])
-    memory[0, _OFFSET], memory[0, _STEP], memory[0, _SHAKING] = offset, steps, (shaking * set_point[0]) ** 2
+    memory[0, OFFSET], memory[0, STEP], memory[0, SHAKING] = offset, steps, (shaking * set_point[0]) ** 2
     gains = np.array([0])
     assert policy._move_set_point(np.zeros((1, 10)), memory, set_point, gains, ONLY)[0] == pytest.approx(move)
 
@@ -175,7 +175,7 @@ def test_error_of_the_first_estimate_has_nothing_in_common_with_what_was_seen():
     noise = {channel.name: channel.noise for channel in policy.sensors.channels}
     rows = np.stack([MODEL.measurement(name)[0] for name in policy.measured])
     seen = rows @ known @ rows.T + np.diag([noise[name] ** 2 for name in policy.measured])
-    np.testing.assert_allclose(known @ rows.T - policy._first[0] @ seen, 0.0, atol=1e-12)
+    np.testing.assert_allclose(known @ rows.T - policy.first_gain[0] @ seen, 0.0, atol=1e-12)
 
 
 def test_reaches_its_mark_on_random_rigs():
@@ -188,10 +188,10 @@ def test_reaches_its_mark_on_random_rigs():
 def test_slopes_reach_from_next_to_nothing_to_twenty_times_what_the_bare_drive_bears():
     """The nearest one is never further off than a tenth."""
     bearable = -critical_slope(Rig())
-    assert _SLOPES[0] < bearable / 5.0
-    assert _SLOPES[-1] == pytest.approx(20.0 * bearable, rel=0.05)
-    np.testing.assert_allclose(_SLOPES[1:] / _SLOPES[:-1], _SLOPES[1] / _SLOPES[0])
-    assert np.sqrt(_SLOPES[1] / _SLOPES[0]) < 1.1
+    assert SLOPES[0] < bearable / 5.0
+    assert SLOPES[-1] == pytest.approx(20.0 * bearable, rel=0.05)
+    np.testing.assert_allclose(SLOPES[1:] / SLOPES[:-1], SLOPES[1] / SLOPES[0])
+    assert np.sqrt(SLOPES[1] / SLOPES[0]) < 1.1
 
 
 def test_clear_errors():
