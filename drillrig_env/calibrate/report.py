@@ -17,7 +17,7 @@ from drillrig_env.calibrate.cycles import Cycles, cycle_rows
 from drillrig_env.calibrate.fit import FARTHEST
 from drillrig_env.calibrate.judged import Judged, judged_rows
 from drillrig_env.calibrate.laws import LAW_HEADINGS, law_rows, law_words
-from drillrig_env.calibrate.meaning import Meaning, meanings_of
+from drillrig_env.calibrate.meaning import SPEEDS, Meaning, band, meanings_of
 from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
 from drillrig_env.evaluation.provenance import provenance
 
@@ -91,7 +91,8 @@ class Report:
             },
             "probability": 0.9,
             "load": calibration.load,
-            "means": {one.name: {"value": one.value, "low": one.low, "high": one.high} for one in self.means},
+            "means": {one.name: {**_fields(one), "determined": one.determined} for one in self.means},
+            "map": None if self.borders is None else _map(self.borders),
             "misfits": [asdict(one) for one in self.misfits],
             "disagreements": [asdict(one) for one in self.disagreements],
             "judged": [asdict(one) for one in self.judged],
@@ -110,6 +111,19 @@ class Report:
             "command": self.command,
             "made": provenance(),
         }
+
+
+def _fields(one: Meaning) -> dict[str, Any]:
+    return {name: value for name, value in asdict(one).items() if name != "name"}
+
+
+def _map(borders: Borders) -> dict[str, Any]:
+    """The speeds (rad/s) over the normal force (N) with their 90 % intervals, null where there is no number."""
+    found: dict[str, Any] = {"normal_force": borders.normal_force.tolist()}
+    for i, name in enumerate(SPEEDS):
+        low, high = band(borders.draws[:, i])
+        found[name] = {"value": borders.best[i].tolist(), "low": low.tolist(), "high": high.tolist()}
+    return found
 
 
 def _at_bounds(calibration: Calibration) -> list[str]:

@@ -178,3 +178,7 @@ def test_a_report_has_all_of_it(quick):
     assert told["held_out"] == 2
     assert {one["part"] for one in told["judged"]} == {FITTED, HELD_OUT}
     assert told["cycles"][0]["features"][0]["name"] == "period"
+    critical = told["map"]["critical speed"]
+    assert len(critical["value"]) == len(told["map"]["normal_force"]) == LOADS
+    assert critical["low"][-1] == told["means"]["critical speed"]["low"] < critical["value"][-1]
+    assert told["means"]["critical speed"]["determined"] is True
