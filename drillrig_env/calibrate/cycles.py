@@ -21,6 +21,7 @@ from drillrig_env.calibrate.records import SPEEDS
 from drillrig_env.calibrate.records.motion import rises
 from drillrig_env.calibrate.windows import UNITS, Windows
 from drillrig_env.scales import Scales
+from drillrig_env.stepper.finite import NotFiniteError
 from drillrig_env.verdict import STUCK_SPEED
 
 _WINDOWS = 8
@@ -63,7 +64,7 @@ class Cycles:
 
 
 def cycles(calibration: Calibration, parts: Sequence[Beside]) -> list[Cycles]:
-    """The cycles of each part of a record in which there are any."""
+    """The cycles of each part of a record in which there are any; none where the model runs away."""
     found = [_cycles(calibration, one) for one in parts]
     return [one for one in found if one is not None]
 
@@ -113,7 +114,10 @@ def onwards(windows: Windows, count: int) -> Windows:
 
 def _cycles(calibration: Calibration, one: Beside) -> Cycles | None:
     windows = onwards(one.windows, _WINDOWS)
-    states = run_windows(windows, calibration.rig, calibration.friction, one.starts)
+    try:
+        states = run_windows(windows, calibration.rig, calibration.friction, one.starts)
+    except NotFiniteError:  # a drive that does not turn steadily may run away beyond the windows of the fit
+        return None
     shown = windows.shown(calibration.rig, states)
     shown = shown + windows.noise * np.random.default_rng(0).standard_normal(shown.shape)
     stuck = STUCK_SPEED * Scales.of(calibration.rig).speed
