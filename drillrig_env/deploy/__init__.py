@@ -5,6 +5,20 @@ and `graph`, which make the files, need more.
 """
 
 from drillrig_env.deploy.controller import Controller
+from drillrig_env.deploy.events import Event, Events
+from drillrig_env.deploy.limits import Limits
 from drillrig_env.deploy.policy_file import PolicyFile, shipped_policies
+from drillrig_env.deploy.supervisor import State, Supervisor
+from drillrig_env.deploy.watchdog import Watchdog
 
-__all__ = ["Controller", "PolicyFile", "shipped_policies"]
+__all__ = [
+    "Controller",
+    "Event",
+    "Events",
+    "Limits",
+    "PolicyFile",
+    "State",
+    "Supervisor",
+    "Watchdog",
+    "shipped_policies",
+]

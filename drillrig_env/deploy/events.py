@@ -1,0 +1,39 @@
+"""What happened and why: every change of state, every limit that was met, every fault, in the order of time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Event:
+    """One thing that happened at a `time` (s), in a `state`: of which `kind`, and the `reason` in words."""
+
+    time: float
+    state: str
+    kind: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.time:.3f} s, {self.state}: {self.kind}: {self.reason}"
+
+
+class Events:
+    """The events so far; with `path` each is also written there, a line each, at once."""
+
+    def __init__(self, path: str | Path | None = None) -> None:
+        self.path = None if path is None else Path(path)
+        self.kept: list[Event] = []
+
+    def add(self, time: float, state: str, kind: str, reason: str) -> None:
+        """Keep an event."""
+        event = Event(time, state, kind, reason)
+        self.kept.append(event)
+        if self.path is not None:
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(f"{event}\n")
+
+    def of(self, kind: str) -> list[Event]:
+        """The events of a kind."""
+        return [event for event in self.kept if event.kind == kind]

@@ -1,0 +1,71 @@
+"""The rig's side of the line: what becomes of the speed reference when commands no longer come."""
+
+from __future__ import annotations
+
+from math import isfinite
+
+from drillrig_env.deploy.events import Events
+from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, checked
+
+
+class Watchdog:
+    """Holds the last command, and takes over when none has come for `periods` control periods of `period` s.
+
+    It belongs into the program that talks to the drive, apart from the one that runs the policy. Taking over it ramps
+    the reference to `fallback_speed` (rad/s), or leaves it where it is below, at `ramp` (rad/s^2), and refuses all
+    commands until it is armed again. A command that is not finite or not within 0 to `highest` (rad/s) is refused and
+    counts as none. All times are those of one clock that never runs backwards, in s.
+    """
+
+    def __init__(
+        self,
+        period: float,
+        fallback_speed: float,
+        highest: float,
+        periods: int = 3,
+        ramp: float = 0.5,
+        events: Events | None = None,
+    ) -> None:
+        self.period = checked("Watchdog", "period", period, "s", POSITIVE)
+        self.fallback_speed = checked("Watchdog", "fallback_speed", fallback_speed, "rad/s", NOT_NEGATIVE)
+        self.highest = checked("Watchdog", "highest", highest, "rad/s", POSITIVE)
+        self.periods = checked("Watchdog", "periods", periods, "", COUNT)
+        self.ramp = checked("Watchdog", "ramp", ramp, "rad/s^2", POSITIVE)
+        self.events = Events() if events is None else events
+        self.tripped = True  # until it is armed
+        self._reference = self._came = self._asked = 0.0
+
+    def arm(self, reference: float, time: float) -> None:
+        """Begin, or begin again, at the speed reference (rad/s) that the drive has now."""
+        self._reference = checked("Watchdog", "reference", reference, "rad/s", NOT_NEGATIVE)
+        self._came = self._asked = time
+        self.tripped = False
+        self.events.add(time, "armed", "armed", f"at {reference:g} rad/s")
+
+    def command(self, reference: float, time: float) -> bool:
+        """Take a command; whether it is taken."""
+        self._look(time)
+        number = reference if isinstance(reference, float | int) else float("nan")
+        if self.tripped:
+            return False
+        if not (isfinite(number) and 0.0 <= number <= self.highest):
+            self.events.add(time, "armed", "refused", f"command {reference!r}; allowed: 0 to {self.highest:g} rad/s")
+            return False
+        self._reference, self._came = float(number), time
+        return True
+
+    def reference(self, time: float) -> float:
+        """The speed reference (rad/s) for the drive now; to be asked for at every cycle of the drive's program."""
+        self._look(time)
+        passed, self._asked = time - self._asked, time
+        if self.tripped and self._reference > self.fallback_speed:
+            self._reference = max(self._reference - self.ramp * passed, self.fallback_speed)
+        return self._reference
+
+    def _look(self, time: float) -> None:
+        silent = time - self._came
+        if not self.tripped and silent > self.periods * self.period * (1.0 + 1e-9):
+            self.tripped = True
+            self._asked = self._came + self.periods * self.period
+            reason = f"no command for {silent:.3g} s, over {self.periods} periods; to {self.fallback_speed:g} rad/s"
+            self.events.add(time, "tripped", "watchdog", reason)

@@ -1,0 +1,59 @@
+"""Where commands stop coming the rig's side comes down by itself, and waits."""
+
+import math
+
+import pytest
+
+from drillrig_env.deploy import Watchdog
+
+
+def test_three_silent_periods_end_in_a_ramp():
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0, ramp=0.5)
+    dog.arm(2.0, 0.0)
+    for k in range(1, 11):
+        assert dog.command(2.0 + 0.1 * k, 0.1 * k)
+        assert dog.reference(0.1 * k) == 2.0 + 0.1 * k
+    assert dog.reference(1.3) == 3.0  # three periods: not over
+    assert not dog.tripped
+    assert dog.reference(1.5) == pytest.approx(3.0 - 0.5 * 0.2)
+    assert dog.tripped
+    assert dog.reference(10.0) == 1.0
+    assert not dog.command(2.0, 10.1)  # until it is armed again
+    assert dog.reference(10.1) == 1.0
+    dog.arm(1.0, 10.2)
+    assert dog.command(1.2, 10.3)
+    assert dog.reference(10.3) == 1.2
+    assert [event.kind for event in dog.events.kept] == ["armed", "watchdog", "armed"]
+    assert "no command for 0.5 s, over 3 periods; to 1 rad/s" in dog.events.kept[1].reason
+
+
+def test_a_command_that_comes_too_late_is_not_taken():
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    dog.arm(2.0, 0.0)
+    assert not dog.command(3.0, 0.35)
+    assert dog.tripped
+
+
+def test_it_never_raises_the_speed_by_itself():
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    dog.arm(0.4, 0.0)
+    assert dog.reference(5.0) == 0.4
+
+
+@pytest.mark.parametrize("command", [math.nan, math.inf, -0.1, 10.1, None, "3"])
+def test_impossible_commands_are_none(command):
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    dog.arm(2.0, 0.0)
+    assert not dog.command(command, 0.1)
+    assert dog.reference(0.2) == 2.0
+    assert dog.events.kept[-1].kind == "refused"
+    dog.reference(0.4)
+    assert dog.tripped
+
+
+def test_it_does_nothing_before_it_is_armed():
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    assert dog.reference(0.0) == 0.0
+    assert not dog.command(2.0, 0.1)
+    with pytest.raises(ValueError, match="period = 0 s is not allowed"):
+        Watchdog(period=0, fallback_speed=1.0, highest=10.0)
