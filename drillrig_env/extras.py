@@ -20,6 +20,7 @@ _EXTRA_OF = {
     "matplotlib": "plot",
     "pygame": "render",
     "PIL": "render",
+    "emcee": "posterior",
     "nptdms": "records",
     "openpyxl": "records",
     "pandas": "records",

@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
-EXTRAS = "agents,export,plot,records,render"
+EXTRAS = "agents,export,plot,posterior,records,render"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

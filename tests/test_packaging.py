@@ -51,12 +51,16 @@ def test_every_dependency_has_a_lower_bound():
     extras = PROJECT["optional-dependencies"]
     runtime = [
         *PROJECT["dependencies"],
-        *(one for name in ("agents", "deploy", "export", "plot", "records", "render") for one in extras[name]),
+        *(
+            one
+            for name in ("agents", "deploy", "export", "plot", "posterior", "records", "render")
+            for one in extras[name]
+        ),
     ]
     assert [one for one in runtime if ">=" not in one] == []
 
 
-@pytest.mark.parametrize("extra", ["agents", "deploy", "export", "plot", "records", "render"])
+@pytest.mark.parametrize("extra", ["agents", "deploy", "export", "plot", "posterior", "records", "render"])
 def test_hints_of_what_to_install_name_an_extra_that_exists(extra):
     assert extra in PROJECT["optional-dependencies"]
     assert f"pip install '.[{extra}]'" in str(missing("this", "that", extra))

@@ -30,6 +30,7 @@ from drillrig_env.scales import Scales
 
 if TYPE_CHECKING:
     from drillrig_env.calibrate.laws import LawScore
+    from drillrig_env.calibrate.sampled import Sampling
 
 WINDOW, STEP = 3.0, 0.01
 """Length of a window, and shortest step of its grid, s on the chapter's rig."""
@@ -54,6 +55,7 @@ class Calibration:
     draws: FloatArray  # (DRAWS, names): logarithms of the parameters, joint
     seed: int
     held: tuple[Windows, ...] = ()  # of each record those that the fit has not seen
+    sampling: Sampling | None = None  # how the draws were made, where by emcee
     laws: tuple[LawScore, ...] = ()  # of friction that were fitted, the best first, where it was chosen
 
     @property

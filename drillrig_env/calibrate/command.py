@@ -34,6 +34,7 @@ from drillrig_env.calibrate.kept import Kept
 from drillrig_env.calibrate.laws import AUTO
 from drillrig_env.calibrate.look import HEADINGS, look
 from drillrig_env.calibrate.records import Record, parse_map, read_record
+from drillrig_env.calibrate.sampled import STEPS, emcee_module, sampled
 from drillrig_env.command_line import Parser, command
 from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
 from drillrig_env.friction.contact import LAWS
@@ -62,6 +63,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
         help="of friction (default: that of --friction), or auto: the best of all in windows held out, with --viscous",
     )
     add("--viscous", action="store_true", help="look for a viscous loss of the bit, C_1, where the rig has none")
+    add(
+        "--posterior",
+        choices=["normal", "emcee"],
+        default="normal",
+        help="what joint draws are of: a normal distribution of the logarithms, or Markov chains (default: normal)",
+    )
+    add("--posterior-steps", type=of_kind(COUNT), metavar="N", help=f"most steps of such a chain (default: {STEPS})")
     add("--window", type=of_kind(POSITIVE, "s"), metavar="S", help="length of a piece with a start of its own (by rig)")
     add(
         "--held-out",
@@ -109,6 +117,10 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
     """Read the records, look or fit, say what is known, and write the files; the search, where it is at its end."""
     if options.resume and folder is None:
         raise ValueError("--resume is given without --output, beside which a search is kept; give both")
+    if options.posterior == "emcee":
+        emcee_module()  # it may be missing, which is to be told before the fit
+    elif options.posterior_steps is not None:
+        raise ValueError("--posterior-steps is given without --posterior emcee; give both")
     known: dict[str, Any] = {"fix": dict(map(_fixed, options.fix)), "weigh": dict(map(_weighed, options.weigh))}
     columns = parse_map(options.map)
     records = [read_record(path, columns) for path in options.records]
@@ -126,6 +138,10 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
         return None
     kept = kept_of(records, options) if folder is not None else None
     found = fit_of(records, options, known, kept, line)
+    if options.posterior == "emcee":
+        with Progress("calibrate", 1) as progress:
+            steps = options.posterior_steps or STEPS
+            found = sampled(found, steps, lambda done, time: progress.show("steps", done, steps, f", time {time:.0f}"))
     _report(found, line, folder, options.jobs or available_threads())
     return None if found.best.stopped else kept
 

@@ -17,7 +17,7 @@ from drillrig_env.jit.threads import available_threads
 from drillrig_env.progress import Progress
 from drillrig_env.rig import Rig
 
-_NOT_OF_A_SEARCH = ("jobs", "look", "output", "overwrite", "resume")
+_NOT_OF_A_SEARCH = ("jobs", "look", "output", "overwrite", "posterior", "posterior_steps", "resume")
 """Options that change nothing in what a fit finds."""
 
 

@@ -79,20 +79,47 @@ class Problem:
 
     def derivatives(self, logs: FloatArray) -> list[FloatArray]:
         """Derivatives of the residuals by the logarithms, the starts projected out; (n, m * channels + FREE, names)."""
-        rig, friction = self.unknowns.at(logs)
         found = []
         for i in range(len(self.windows)):
-            here = self._data_residuals(i, rig, friction, self.starts[i])
-            by_start = self._by_start(i, rig, friction, here)
-            by_log = np.zeros((*by_start.shape[:2], len(logs)))
-            for k in range(len(logs)):
-                moved = logs.copy()
-                moved[k] += _STEP
-                there = self._data_residuals(i, *self.unknowns.at(moved), self.starts[i])
-                by_log[:, : here.shape[1], k] = (there - here) / _STEP
+            by_start, by_log = self._slopes(i, logs)
             basis, _ = np.linalg.qr(by_start)
             found.append(by_log - basis @ (basis.transpose(0, 2, 1) @ by_log))
         return found
+
+    def tangents(self, logs: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Of each record, how the best starts move with the logarithms, and what starts can do to the residuals.
+
+        Shapes (n, FREE, names), and (n, m * channels + FREE, FREE) of orthonormal columns.
+        """
+        found = []
+        for i in range(len(self.windows)):
+            by_start, by_log = self._slopes(i, logs)
+            basis, triangle = np.linalg.qr(by_start)
+            moves = -np.linalg.solve(triangle, basis.transpose(0, 2, 1) @ by_log)
+            found.append((moves * self.loose[i][:, None], basis))
+        return found
+
+    def residuals_from(self, logs: FloatArray, starts: list[FloatArray]) -> list[FloatArray]:
+        """Residuals as `residuals` gives them, from these starts of each record, shape (n, FREE)."""
+        rig, friction = self.unknowns.at(logs)
+        found = []
+        for i, one in enumerate(starts):
+            lags = np.clip(one[:, 7:], -self.windows[i].sample_period, 0.0)
+            found.append(self._full(i, rig, friction, np.concatenate([one[:, :7], lags], axis=1)))
+        return found
+
+    def _slopes(self, i: int, logs: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of a record's residuals by the starts in their scales, and by the logarithms."""
+        rig, friction = self.unknowns.at(logs)
+        here = self._data_residuals(i, rig, friction, self.starts[i])
+        by_start = self._by_start(i, rig, friction, here)
+        by_log = np.zeros((*by_start.shape[:2], len(logs)))
+        for k in range(len(logs)):
+            moved = logs.copy()
+            moved[k] += _STEP
+            there = self._data_residuals(i, *self.unknowns.at(moved), self.starts[i])
+            by_log[:, : here.shape[1], k] = (there - here) / _STEP
+        return by_start, by_log
 
     def _best(self, i: int, rig: Rig, friction: Friction) -> FloatArray:
         """Find the best starts of a record, and its residuals there."""

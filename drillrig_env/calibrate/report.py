@@ -76,10 +76,11 @@ class Report:
         """What the calibration means, and where the model does not follow the records."""
         load = f"at N_1 = {self.calibration.load:.4g} N: "
         laws = [law_words(self.calibration.laws)] if self.calibration.laws else []
+        drawn = [str(self.calibration.sampling)] if self.calibration.sampling else []
         apart = disagreement_words(self.disagreements)
         unloaded = "no record has a load: friction, critical speed and end of stick-slip are not determined"
         means = [load + str(one) for one in self.means] or [unloaded]
-        return [*laws, *means, *misfit_words(self.misfits), *apart, *_at_bounds(self.calibration)]
+        return [*laws, *means, *misfit_words(self.misfits), *apart, *_at_bounds(self.calibration), *drawn]
 
     def summary(self) -> dict[str, Any]:
         """What is known, for calibration.json."""
@@ -97,6 +98,7 @@ class Report:
             "disagreements": [asdict(one) for one in self.disagreements],
             "judged": [asdict(one) for one in self.judged],
             "cycles": [asdict(one) for one in self.cycles],
+            "sampling": calibration.sampling and asdict(calibration.sampling),
             "laws": [asdict(one) for one in calibration.laws],
             "cost": best.cost,
             "costs": best.costs.tolist(),
