@@ -141,7 +141,12 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
     if options.posterior == "emcee":
         with Progress("calibrate", 1) as progress:
             steps = options.posterior_steps or STEPS
-            found = sampled(found, steps, lambda done, time: progress.show("steps", done, steps, f", time {time:.0f}"))
+            found = sampled(
+                found,
+                steps,
+                lambda done, time: progress.show("steps", done, steps, f", autocorrelation time {time:.0f}"),
+                options.jobs or available_threads(),
+            )
     _report(found, line, folder, options.jobs or available_threads())
     return None if found.best.stopped else kept
 

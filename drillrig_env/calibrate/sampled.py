@@ -19,6 +19,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.calibration import DRAWS, Calibration
 from drillrig_env.calibrate.fit import FARTHEST, Best, soft, weights_of
 from drillrig_env.calibrate.spread import Spread
+from drillrig_env.calibrate.workers import Workers
 from drillrig_env.extras import missing
 from drillrig_env.parameters import COUNT, checked
 from drillrig_env.stepper.finite import NotFiniteError
@@ -125,12 +126,16 @@ class Density:
 
 
 def sampled(
-    calibration: Calibration, steps: int = STEPS, told: Callable[[int, float], None] | None = None
+    calibration: Calibration,
+    steps: int = STEPS,
+    told: Callable[[int, float], None] | None = None,
+    jobs: int = 1,
 ) -> Calibration:
     """The calibration with joint draws by emcee, and with `sampling`, which says whether they have converged.
 
     `steps` is the most that a walker takes; it ends before where the chains are long enough. Where they are not, or
     Ctrl-C ends them, the draws stay what they were. `told` hears of steps done and the autocorrelation time so far.
+    `jobs` processes share the walkers, as those of `calibrate` share the starts, with the same result.
     Raises `ImportError` without emcee.
     """
     emcee = emcee_module()
@@ -143,20 +148,22 @@ def sampled(
     root = np.linalg.cholesky(calibration.spread.covariance)
     places = best.logs + _NEAR * random.standard_normal((walkers, names)) @ root.T
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
-    chains: Any = emcee.EnsembleSampler(walkers, names, density, moves=moves)
     state = emcee.State(np.clip(places, -FARTHEST, FARTHEST), random_state=_random_state(calibration.seed))
     done, time = 0, np.inf
-    try:
-        for _ in chains.sample(state, iterations=steps):
-            done += 1
-            if done % _LOOK == 0 or done == steps:
-                time = float(np.max(chains.get_autocorr_time(discard=int(_BURNT * done), tol=0)))
-                if told is not None:
-                    told(done, time)
-                if done * (1.0 - _BURNT) >= _TIMES * time:
-                    break
-    except KeyboardInterrupt:
-        time = np.inf
+    with Workers(checked("sampled", "jobs", jobs, "", COUNT)) as workers:
+        pool = workers if workers.jobs > 1 else None
+        chains: Any = emcee.EnsembleSampler(walkers, names, density, moves=moves, pool=pool)
+        try:
+            for _ in chains.sample(state, iterations=steps):
+                done += 1
+                if done % _LOOK == 0 or done == steps:
+                    time = float(np.max(chains.get_autocorr_time(discard=int(_BURNT * done), tol=0)))
+                    if told is not None:
+                        told(done, time)
+                    if done * (1.0 - _BURNT) >= _TIMES * time:
+                        break
+        except KeyboardInterrupt:
+            time = np.inf
     burnt = int(_BURNT * done)
     drawn, off = calibration.draws, 0.0
     if (done - burnt) >= _TIMES * time:

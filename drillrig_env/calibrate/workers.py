@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
@@ -28,6 +28,7 @@ class Workers:
     def __init__(self, jobs: int = 1) -> None:
         self.jobs = jobs
         self._processes: dict[Connection, BaseProcess] = {}
+        self._known: dict[Connection, Any] = {}  # the work that each has already, which may be large
 
     def __enter__(self) -> Self:
         return self
@@ -55,7 +56,8 @@ class Workers:
                     number, part = waiting.pop()
                     running[pipe] = number
                     with suppress(OSError):  # one that has ended is told of below
-                        pipe.send((work, part))
+                        pipe.send((None if self._known.get(pipe) is work else work, part))
+                    self._known[pipe] = work
                 ready = wait(list(running))
                 for pipe in [one for one in running if one in ready]:
                     result = self._received(pipe)
@@ -65,6 +67,10 @@ class Workers:
             self.end()
             raise
 
+    def map(self, work: Callable[[P], R], parts: Iterable[P]) -> list[R]:
+        """What `work` makes of each part, in the order of the parts."""
+        return [result for _, result in sorted(self.each(work, list(parts)), key=lambda one: one[0])]
+
     def end(self) -> None:
         """End the processes, whatever they do."""
         for process in self._processes.values():
@@ -73,6 +79,7 @@ class Workers:
             process.join()
             pipe.close()
         self._processes.clear()
+        self._known.clear()
 
     def _begin(self, count: int) -> None:
         context = get_context("spawn")
@@ -102,9 +109,11 @@ class Workers:
 def _run(pipe: Connection) -> None:
     """Work until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    work: Any = None
     with suppress(EOFError, OSError):  # the other end has gone
         while True:
-            work, part = pipe.recv()
+            new, part = pipe.recv()
+            work = work if new is None else new
             answer: tuple[Any, Exception | None]
             try:
                 answer = work(part), None

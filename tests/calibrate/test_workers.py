@@ -13,6 +13,10 @@ def square(part):
     return part**2
 
 
+def cube(part):
+    return part**3
+
+
 def refused(part):
     raise ValueError(f"{part} is not allowed")
 
@@ -24,6 +28,12 @@ def killed(part):
 def test_one_process_works_here():
     with Workers() as workers:
         assert list(workers.each(lambda part: part + os.getpid(), [0, 0])) == [(0, os.getpid()), (1, os.getpid())]
+
+
+def test_results_come_in_the_order_of_the_parts():
+    with Workers(2) as workers:
+        assert workers.map(square, range(7)) == [0, 1, 4, 9, 16, 25, 36]
+        assert workers.map(cube, range(3)) == [0, 1, 8]  # other work by the same processes
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals")
