@@ -14,6 +14,7 @@ from drillrig_env.calibrate.cycles import cycle_rows, cycles, onwards
 from drillrig_env.calibrate.fit import FARTHEST
 from drillrig_env.calibrate.judged import judged, judged_rows
 from drillrig_env.calibrate.meaning import Meaning, meanings
+from drillrig_env.calibrate.pictures.parameters import draw_intervals
 from drillrig_env.calibrate.report import Report
 from drillrig_env.indicators import amplitude_pulse_level, correlation
 from drillrig_env.stability import critical_speed, end_of_stick_slip, stick_slip_orbit
@@ -103,6 +104,12 @@ def test_borders_are_those_of_the_stability_of_each_rig():
         np.testing.assert_allclose(speeds[1], end_of_stick_slip(rig, pressed).speed)
 
 
+@pytest.mark.slow
+def test_processes_share_the_draws_to_the_last_bit():
+    alone, shared = (borders(fitted(), [10.0, 20.0], draws=3, jobs=jobs) for jobs in (1, 2))
+    np.testing.assert_array_equal(shared.draws, alone.draws)
+
+
 @pytest.fixture
 def quick(monkeypatch):
     """Borders without the orbits, whose end is half above the critical speed."""
@@ -164,6 +171,8 @@ def test_what_stands_at_a_bound_is_told(quick):
     report = replace(Report.of(calibration, "line", draws=0), calibration=other)
     assert report.sentences()[-1].startswith("At a bound, 30 times off where the fit began: K_T; ")
     assert report.summary()["parameters"]["K_T"]["known"] == AT_BOUND
+    legend = draw_intervals(other).figure.legends[0].get_texts()
+    assert AT_BOUND in [text.get_text() for text in legend]
 
 
 def test_a_report_has_all_of_it(quick):

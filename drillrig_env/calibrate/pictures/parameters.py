@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from drillrig_env.calibrate.calibration import BY_RECORDS, NOT_BY_RECORDS, Calibration
+from drillrig_env.calibrate.calibration import AT_BOUND, BY_RECORDS, NOT_BY_RECORDS, Calibration
 from drillrig_env.plots.style import BLUE, GREY, VERMILLION, Picture, look, new_figure
 
 _WORTH_SAYING = 0.3
@@ -15,21 +15,21 @@ def draw_intervals(calibration: Calibration) -> Picture:
     """How far the 90 % interval of each parameter goes from its value, beside what was known beforehand."""
     rows = calibration.rows()[::-1]
     beforehand = calibration.unknowns.deviations[::-1]
-    colours = {BY_RECORDS: BLUE, NOT_BY_RECORDS: GREY}
+    colours = {BY_RECORDS: BLUE, NOT_BY_RECORDS: GREY, AT_BOUND: VERMILLION}
     with look():
         figure = new_figure(0.9 + 0.19 * len(rows))
         axes = figure.subplots()
         for k, ((_, value, _, high, told), before) in enumerate(zip(rows, beforehand, strict=True)):
             known = 100.0 * (high / value - 1.0)
-            axes.plot(known, k, "o", color=colours.get(told, VERMILLION), ms=4.5)
+            axes.plot(known, k, "o", color=colours[told], ms=4.5)
             axes.plot(100.0 * np.expm1(1.645 * before), k, "|", color="0.6", ms=8)
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter("{x:g}")
         axes.set_yticks(range(len(rows)), [row[0] for row in rows])
         axes.set_ylim(-0.6, len(rows) - 0.4)
         axes.set_xlabel("upper end of the 90 % interval above the value, %")
-        for told, colour in (*colours.items(), ("at a bound of the fit", VERMILLION)):
-            if any((row[4] == told) or (row[4] not in colours and colour == VERMILLION) for row in rows):
+        for told, colour in colours.items():
+            if any(row[4] == told for row in rows):
                 axes.plot([], [], "o", color=colour, ms=4.5, label=told)
         axes.plot([], [], "|", color="0.6", ms=8, label="beforehand")
         figure.legend(loc="outside upper right", ncols=4)
