@@ -24,6 +24,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "evaluate": ("drillrig_env.cli.evaluate", "compare policies on the same random rigs"),
     "train": ("drillrig_env.cli.train", "train an agent (in a clone of the project)"),
     "export": ("drillrig_env.deploy.export", "write a law or a trained agent as one ONNX file, for hardware"),
+    "replay": ("drillrig_env.deploy.replay", "play the log of a controller through it again, to the last bit"),
     "animate": ("drillrig_env.plots.animation", "film a rig that sticks and slips until a policy frees it"),
 }
 """Every command: the module that has its `main`, and what it does."""

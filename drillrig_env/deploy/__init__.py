@@ -7,7 +7,10 @@ and `graph`, which make the files, need more.
 from drillrig_env.deploy.controller import Controller
 from drillrig_env.deploy.events import Event, Events
 from drillrig_env.deploy.limits import Limits
+from drillrig_env.deploy.log import Log, read_log
+from drillrig_env.deploy.loop import Hardware, Operator, Timing, run_loop
 from drillrig_env.deploy.policy_file import PolicyFile, shipped_policies
+from drillrig_env.deploy.replay import Replay, replay
 from drillrig_env.deploy.supervisor import State, Supervisor
 from drillrig_env.deploy.watchdog import Watchdog
 
@@ -15,10 +18,18 @@ __all__ = [
     "Controller",
     "Event",
     "Events",
+    "Hardware",
     "Limits",
+    "Log",
+    "Operator",
     "PolicyFile",
+    "Replay",
     "State",
     "Supervisor",
+    "Timing",
     "Watchdog",
+    "read_log",
+    "replay",
+    "run_loop",
     "shipped_policies",
 ]

@@ -99,17 +99,37 @@ class Supervisor:
         self._overload, self._bottom = None, self.limits.safe_speed
         self._enter(State.NORMAL, "restart", f"from {self.reference:g} rad/s")
 
-    def step(self, measurements: Mapping[str, Any], time: float, ages: Mapping[str, float] | None = None) -> float:
+    def refuse(self, reason: str) -> None:
+        """Keep as an event what the operator asked for and did not get."""
+        self._tell("refused", reason)
+
+    @property
+    def time(self) -> float:
+        """The time (s) of the last step, or of the start."""
+        return self._now
+
+    def step(
+        self,
+        measurements: Mapping[str, Any],
+        time: float,
+        ages: Mapping[str, float] | None = None,
+        reference: float | None = None,
+    ) -> float:
         """The speed reference (rad/s) for the coming control step, at a time (s) that never runs backwards.
 
         `measurements` has what was measured, by channel; what is missing or no number is a fault, and no error. `ages`
-        says how old (s) values are. Raises `ValueError` before `start`, and for a time that runs backwards.
+        says how old (s) values are; `reference` (rad/s) is the one that the drive had meanwhile, where that is not the
+        one that was given, as in shadow mode. Raises `ValueError` before `start`, and for a time that runs backwards.
         """
         if self._time is None:
             raise ValueError("Supervisor: step before start; call start(reference, target, measurements) first")
         passed = time - self._time
         if not 0.0 <= passed < float("inf"):
             raise refuse("Supervisor", "time", time, "s", f">= {self._time:g}, that of the step before")
+        if reference is not None:
+            if last_number(reference) is None:
+                raise refuse("Supervisor", "reference", reference, "rad/s", "a finite number, or None")
+            self.reference = float(reference)
         self._time = time
         period = self.controller.period
         faults = self._checks.faults(self.channels, measurements, ages or {})

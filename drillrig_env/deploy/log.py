@@ -1,0 +1,153 @@
+"""The log of a run: a CSV file that `read_record` reads as a record of the rig, and that can be replayed.
+
+The first line is a comment with all that a replay needs, as JSON: policy and its digest, limits, how it began. Then a
+row a control step; numbers are written so that they are read back to the last bit.
+
+| column | holds |
+|---|---|
+| `time [s]` | since the start, when the measurements were taken |
+| one a channel, such as `top_speed [rad/s]` | what was measured; empty where it was missing or no number |
+| `speed_reference [rad/s]` | the reference that the drive has from then on |
+| `speed_target [rad/s]` | what the operator wants |
+| `command [rad/s]` | what the supervisor gave; in shadow mode nobody follows it |
+| `state` | of the supervisor, after this step |
+| `told [rad/s]` | the reference that the drive was said to have had, where it was not the last command |
+| `operator` | `stop: reason`, `restart` |
+| `ages`, `samples` | ages in s, and samples within the control step, as JSON by channel; empty where there are none |
+| `events` | what happened in this step, and why |
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from drillrig_env.deploy.checks import last_number
+from drillrig_env.deploy.supervisor import Supervisor
+
+_AFTER = ("speed_reference [rad/s]", "speed_target [rad/s]", "command [rad/s]", "state", "told [rad/s]", "operator",
+          "ages", "samples", "events")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Row:
+    """One control step of a log; `measured` and `ages` by channel, `operator` as the log has it."""
+
+    time: float
+    measured: Mapping[str, Any]
+    target: float
+    command: float
+    told: float | None = None
+    operator: str = ""
+    ages: Mapping[str, float] = field(default_factory=dict)
+    state: str = ""
+
+
+class Log:
+    """Writes the log of a supervisor that has just been started, a row at once; to be used in a `with` block.
+
+    `measurements` are those that it was started with. Raises `OSError` where the file cannot be written.
+    """
+
+    def __init__(self, path: str | Path, supervisor: Supervisor, measurements: Mapping[str, Any]) -> None:
+        self.supervisor = supervisor
+        self._file = Path(path).open("w", encoding="utf-8", newline="")  # noqa: SIM115  # closed at the end of the block
+        policy = supervisor.controller.file
+        about = {
+            "policy": str(policy.about["name"]),
+            "file": policy.path.name,
+            "sha256": policy.sha256,
+            "limits": supervisor.limits.as_dict(),
+            "time": supervisor.time,
+            "reference": supervisor.reference,
+            "target": supervisor.target,
+            "measurements": {name: _plain(value) for name, value in measurements.items()},
+        }
+        self._file.write(f"# {json.dumps(about)}\n")
+        self._channels = tuple(supervisor.channels)
+        units = [supervisor.controller.channels.get(name, "N m") for name in self._channels]
+        names = [f"{name} [{unit}]" for name, unit in zip(self._channels, units, strict=True)]
+        self._writer = csv.writer(self._file, lineterminator="\n")
+        self._writer.writerow(["time [s]", *names, *_AFTER])
+        self._told = len(supervisor.events.kept)
+
+    def __enter__(self) -> Log:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def write(self, row: Row, reference: float) -> None:
+        """Write a control step; `reference` (rad/s) is the one that the drive has from now on."""
+        events = self.supervisor.events.kept[self._told :]
+        self._told += len(events)
+        samples = {name: _plain(value) for name, value in row.measured.items() if hasattr(value, "__len__")}
+        samples = {name: value for name, value in samples.items() if isinstance(value, list)}
+        self._writer.writerow(
+            [
+                _text(row.time),
+                *(_text(last_number(row.measured.get(name))) for name in self._channels),
+                _text(reference),
+                _text(row.target),
+                _text(row.command),
+                self.supervisor.state.value,
+                _text(row.told),
+                " ".join(row.operator.split()),
+                json.dumps(dict(row.ages)) if row.ages else "",
+                json.dumps(samples) if samples else "",
+                "; ".join(f"{event.kind}: {event.reason}" for event in events),
+            ]
+        )
+        self._file.flush()  # what was done is told, whatever comes
+
+
+def read_log(path: str | Path) -> tuple[dict[str, Any], Iterator[Row]]:
+    """How a log began, and its rows. `ValueError` where it is no log of this kind, or a row is damaged."""
+    with Path(path).open(encoding="utf-8", newline="") as file:
+        first, *lines = file.read().split("\n") or [""]
+    try:
+        about = json.loads(first.removeprefix("# "))
+        about["sha256"], about["limits"], about["measurements"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f"{path} is no log of a controller: its first line does not tell how it began") from error
+    return about, _rows(str(path), lines)
+
+
+def _rows(source: str, lines: list[str]) -> Iterator[Row]:
+    for number, cells in enumerate(csv.DictReader(lines), start=3):
+        try:
+            names = [name for name in cells if name.endswith("]") and name not in (*_AFTER, "time [s]")]
+            measured: dict[str, Any] = {name.partition(" ")[0]: _number(cells[name]) for name in names}
+            measured |= json.loads(cells["samples"]) if cells["samples"] else {}
+            command = float(cells["command [rad/s]"])
+            yield Row(
+                float(cells["time [s]"]),
+                measured,
+                float(cells["speed_target [rad/s]"]),
+                command,
+                _number(cells["told [rad/s]"]),
+                cells["operator"],
+                json.loads(cells["ages"]) if cells["ages"] else {},
+                cells["state"],
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise ValueError(f"{source}, line {number}: no row of a log ({error})") from error
+
+
+def _text(number: float | None) -> str:
+    return "" if number is None else repr(float(number))
+
+
+def _number(cell: str) -> float | None:
+    return float(cell) if cell else None
+
+
+def _plain(value: Any) -> Any:
+    """A value as JSON holds it: a number, a list of them, or null."""
+    if last_number(value) is None:
+        return None
+    return [float(one) for one in value] if hasattr(value, "__len__") else float(value)
