@@ -99,7 +99,7 @@ def test_the_way_from_a_log_to_the_true_rig(tmp_path, monkeypatch):
     truth = str(ROOT / "docs" / "twin" / "truth.toml")
     monkeypatch.chdir(tmp_path)
     known = ["J_1=0.041", "k_p=2.2", "k_i=1.4"]
-    assert calibrate.main([*records, "--fix", *known, "--starts", "2", "--output", "my_rig"]) == 0
+    assert calibrate.main([*records, "--fix", *known, "--starts", "8", "--output", "my_rig"]) == 0
     words = ["constant", "z_torque", "lqg", "--rig", "my_rig", "--suite", "default", "--rigs", "320", "--no-pictures"]
     assert evaluate.main([*words, "--output", "judged"]) == 0
     assert evaluate.main([*words, "--on", truth, "--output", "true"]) == 0
