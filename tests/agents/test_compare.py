@@ -1,6 +1,7 @@
 import json
 import signal
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,7 +26,8 @@ SCORES = {"mitigated", "calm", "below", "time_to_calm", "cost"}
 
 def setting(name, **changes):
     hyperparams = {**TINY, **changes}
-    return Setting(name, f"words of {name}", Training(n_timesteps=256, hyperparams=hyperparams, progress=False))
+    quick = {"eval_freq": -1, "tensorboard": False, "progress": False}
+    return Setting(name, f"words of {name}", Training(n_timesteps=256, hyperparams=hyperparams, **quick))
 
 
 @pytest.fixture
@@ -33,6 +35,7 @@ def place(tmp_path, monkeypatch):
     """A file and its runs; the trainings that are begun are listed."""
     monkeypatch.setattr(module, "BESIDE", {"constant": "action 0, same drive"})
     monkeypatch.setattr(agents.compared, "SUITES", ("default",))
+    monkeypatch.setattr(agents.compared, "suite", lambda name, rigs: replace(suite(name, rigs), env={"duration": 12.0}))
     begun, train = [], module.train
     monkeypatch.setattr(module, "train", lambda given: (begun.append(given.run_folder.name), train(given))[1])
     kept = Compared(tmp_path / "docs" / "found.json", tmp_path / "runs", ["one", "two"], "the command")
