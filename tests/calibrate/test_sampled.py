@@ -81,7 +81,7 @@ def test_draws_are_those_of_the_density(found, monkeypatch):
 @pytest.mark.slow
 def test_several_processes_draw_the_same(found):
     pytest.importorskip("emcee")
-    alone, both = (sampled(found, 250, jobs=jobs) for jobs in (1, 2))
+    alone, both = (sampled(found, 40, jobs=jobs) for jobs in (1, 2))
     assert alone.sampling == both.sampling
     np.testing.assert_array_equal(alone.draws, both.draws)
 
@@ -89,7 +89,7 @@ def test_several_processes_draw_the_same(found):
 @pytest.mark.slow
 def test_draws_spread_as_a_normal_distribution_where_that_holds(found):
     pytest.importorskip("emcee")
-    drawn = sampled(found, 3000)
+    drawn = sampled(found, 1500)
     assert drawn.sampling.converged
     ratio = drawn.draws.std(axis=0) / found.spread.deviations
     assert np.all((ratio > 0.6) & (ratio < 1.5))
