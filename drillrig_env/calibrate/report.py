@@ -19,6 +19,7 @@ from drillrig_env.calibrate.judged import Judged, judged_rows
 from drillrig_env.calibrate.laws import LAW_HEADINGS, law_rows, law_words
 from drillrig_env.calibrate.meaning import SPEEDS, Meaning, band, meanings_of
 from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
+from drillrig_env.calibrate.sampled import draw_words
 from drillrig_env.evaluation.provenance import provenance
 
 
@@ -35,6 +36,7 @@ class Report:
     borders: Borders | None  # None where the records have no load
     means: list[Meaning]
     disagreements: list[Disagreement]
+    drawn: list[str]  # what is to be said of the joint draws
 
     @classmethod
     def of(
@@ -59,6 +61,7 @@ class Report:
             found,
             [] if found is None else meanings_of(found),
             disagreements(calibration),
+            draw_words(calibration),
         )
 
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
@@ -76,11 +79,10 @@ class Report:
         """What the calibration means, and where the model does not follow the records."""
         load = f"at N_1 = {self.calibration.load:.4g} N: "
         laws = [law_words(self.calibration.laws)] if self.calibration.laws else []
-        drawn = [str(self.calibration.sampling)] if self.calibration.sampling else []
         apart = disagreement_words(self.disagreements)
         unloaded = "no record has a load: friction, critical speed and end of stick-slip are not determined"
         means = [load + str(one) for one in self.means] or [unloaded]
-        return [*laws, *means, *misfit_words(self.misfits), *apart, *_at_bounds(self.calibration), *drawn]
+        return [*laws, *means, *misfit_words(self.misfits), *apart, *_at_bounds(self.calibration), *self.drawn]
 
     def summary(self) -> dict[str, Any]:
         """What is known, for calibration.json."""

@@ -42,6 +42,9 @@ _NEAR = 0.1
 _OFF = 1.0
 """By how much the logarithm of the density may be off at a draw where starts are found anew."""
 
+_FALLS = 3.0
+"""From how many times the usual fall of the density on a normal distribution's draws are not the posterior's."""
+
 _STAY = "the draws stay those of a normal distribution"
 
 
@@ -182,6 +185,21 @@ def emcee_module() -> Any:
     except ImportError:
         raise missing("sampling a posterior", "emcee", "posterior") from None
     return emcee
+
+
+def draw_words(calibration: Calibration) -> list[str]:
+    """How the draws were made where by emcee, and a line where those of a normal distribution do not hold."""
+    said = [] if calibration.sampling is None else [str(calibration.sampling)]
+    if calibration.sampling is not None and calibration.sampling.converged:
+        return said
+    density = Density(calibration.best, temper_of(calibration.best, calibration.spread))
+    fall, usual = -float(np.median([density(logs) for logs in calibration.draws])), 0.5 * len(calibration.best.logs)
+    if fall > _FALLS * usual:
+        said.append(
+            f"the joint draws do not follow the records: the logarithm of their density falls by {fall:.3g} in the "
+            f"median, where {usual:g} is usual; --posterior emcee draws from that density, and records of other kinds tell more"
+        )
+    return said
 
 
 def temper_of(best: Best, spread: Spread) -> float:

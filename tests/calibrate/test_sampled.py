@@ -10,7 +10,7 @@ from drillrig_env import Friction
 from drillrig_env.calibrate import command
 from drillrig_env.calibrate import sampled as module
 from drillrig_env.calibrate.calibration import calibrate
-from drillrig_env.calibrate.sampled import Density, Sampling, sampled, temper_of
+from drillrig_env.calibrate.sampled import Density, Sampling, draw_words, sampled, temper_of
 from tests.calibrate.test_calibration import FIXED, STICKING, csv_of
 
 TWO = dict.fromkeys(FIXED) | dict.fromkeys(("K_T", "J_2", "mu_k", "mu_s - mu_k"))
@@ -112,6 +112,18 @@ def test_chains_that_are_too_short_change_no_draw(found, monkeypatch):
     ended = sampled(found, 500, stop)
     assert not ended.sampling.converged
     np.testing.assert_array_equal(ended.draws, found.draws)
+
+
+def test_draws_that_do_not_follow_the_records_are_told(found):
+    assert draw_words(found) == []
+    far = replace(found, draws=found.best.logs + 4.0 * (found.draws - found.best.logs))
+    (line,) = draw_words(far)
+    assert "the joint draws do not follow the records" in line
+    assert "where 1 is usual; --posterior emcee draws from that density" in line
+    converged = replace(far, sampling=Sampling(6, 1000, 10.0, 0.4, 1.2, 0.0))
+    assert draw_words(converged) == [
+        "joint draws by emcee: 6 walkers of 1000 steps, autocorrelation time 10, " + "cost divided by 1.20"
+    ]
 
 
 def test_a_density_that_does_not_hold_at_its_draws_is_said():
