@@ -197,7 +197,8 @@ def draw_words(calibration: Calibration) -> list[str]:
     if fall > _FALLS * usual:
         said.append(
             f"the joint draws do not follow the records: the logarithm of their density falls by {fall:.3g} in the "
-            f"median, where {usual:g} is usual; --posterior emcee draws from that density, and records of other kinds tell more"
+            f"median, where {usual:g} is usual; --posterior emcee draws from that density, and records of other kinds "
+            "tell more"
         )
     return said
 
