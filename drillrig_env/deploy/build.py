@@ -129,7 +129,7 @@ def about(policy: Exportable, name: str, graph: Graph) -> dict[str, Any]:
             for memory, (width, kind) in graph.memories.items()
         ],
         "drive": drive.as_dict(),
-        "sensors": {"name": task.sensors.name, "noise": _plain(task.noise), "delay": list(task.delays)},
+        "sensors": {"name": task.sensors.name, "noise": _plain(task.noise), "delay": _delays(policy)},
         "rig": asdict(task.rig),
         "training": dict(policy.training()),
     }
@@ -150,6 +150,12 @@ def _statistics(task: Task) -> list[dict[str, Any]]:
         {"channel": "string_torque_deviation", "of": "string_torque", "is": "deviation", "time_constant": deviation,
          "mean_time_constant": mean, "samples": 1},
     ]  # fmt: skip
+
+
+def _delays(policy: Exportable) -> list[int]:
+    """The lowest and highest delay (control steps) that a policy is made for: its own where it says so."""
+    own = getattr(policy, "delay", None)
+    return list(policy.task.delays) if own is None else [own, own]
 
 
 def _plain(noise: Any) -> Any:

@@ -134,6 +134,24 @@ class Controller:
     def _number(self, name: str, value: float) -> float:
         return self._samples(name, value)[-1]
 
+    def describe(self) -> str:
+        """What it wants and what it expects of the rig, line by line: to be compared before anything turns."""
+        about = self.file.about
+        sensors, trained = about["sensors"], about["training"]
+        drive = ", ".join(f"{name} {value}" for name, value in about["drive"].items())
+        rig = ", ".join(f"{name} {value:.4g}" for name, value in about["rig"].items())
+        origin = trained.get("law") or f"{trained['algorithm']}, seed {trained['seed']}, {trained['date']}"
+        return "\n".join(
+            [
+                f"{self.name}: {trained['kind']}, {origin}; {self.file.path.name}, SHA-256 {self.file.sha256[:12]}...",
+                f"wants each {self.period:g} s: {self.wants}",
+                f"gives {REFERENCE}: 0 to {self.highest:g} rad/s, by at most {self.slew_limit:g} rad/s^2",
+                f"drive: {drive}",
+                f"instruments: {sensors['name']}, {sensors['delay'][0]} to {sensors['delay'][1]} control steps late",
+                f"rig: {rig}",
+            ]
+        )
+
     @property
     def wants(self) -> str:
         """The channels that it must be given, with their units, in words."""

@@ -2,6 +2,7 @@
 
   drillrig export lqg --out lqg.onnx                 # a law: constant, z_torque, lqg, jump_ease_estimated
   drillrig export z_torque --sensors state           # made for other sensors
+  drillrig export lqg --rig my_rig --delay 2         # designed for a rig of your own, with instruments that late
   drillrig export ppo --out ppo.onnx                 # a trained agent (in a clone), or the folder of a run
 
 The file takes the measured values in their physical units, an input of shape (batch, 1) a channel, named as
@@ -20,15 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.allowed import COUNT
+from drillrig_env.allowed import COUNT, Allowed
 from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
-from drillrig_env.env.sensors import SENSORS
+from drillrig_env.env.sensors import LONGEST_DELAY, SENSORS
 from drillrig_env.env.task import Task
 from drillrig_env.extras import missing
 from drillrig_env.files import check_writable_file
-from drillrig_env.flags import of_kind
+from drillrig_env.flags import add_friction_argument, add_rig_argument, of_kind
+from drillrig_env.parameters import refuse
 from drillrig_env.policy import find_policy
 from drillrig_env.seeds import VALIDATION_SEEDS
 
@@ -44,12 +46,22 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig export") 
     add("policy", help="a law, a shipped agent or a run folder")
     add("--out", type=Path, help="file to write (default: POLICY.onnx)")
     add("--sensors", choices=tuple(SENSORS), help="of a law (default: surface where these do, else state)")
+    add_rig_argument(parser)
+    add_friction_argument(parser, "the chapter's, in the scales of the rig")
+    add(
+        "--delay",
+        type=of_kind(Allowed(0, LONGEST_DELAY, whole=True)),
+        help="of the instruments, for lqg; control steps",
+    )
     add("--episodes", type=of_kind(COUNT), default=20, help="episodes for the comparison (default: 20)")
     chosen = parser.parse_args(arguments)
     out = chosen.out or Path(f"{Path(chosen.policy).name}.onnx")
     check_writable_file(out)
     try:
-        policy = policy_to_export(chosen.policy, chosen.sensors)
+        made = {
+            name: getattr(chosen, name) for name in ("rig", "friction", "delay") if getattr(chosen, name) is not None
+        }
+        policy = policy_to_export(chosen.policy, chosen.sensors, **made)
         export(policy, out, Path(chosen.policy).name)
     except ValueError as error:
         parser.error(str(error))
@@ -65,23 +77,29 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig export") 
         raise Failed(f"the difference is not below {TOLERANCE:g} of the slew limit; the file is not to be trusted")
 
 
-def policy_to_export(name: Any, sensors: str | None = None) -> Any:
+def policy_to_export(name: Any, sensors: str | None = None, **made: Any) -> Any:
     """A policy with the slew limit that it was made for; of a law, for `sensors`, or surface where these do.
 
-    `ValueError` where there is no such policy, or it does not work from these sensors.
+    `made` is what else a law is made for: `rig`, `friction`, and `delay` in control steps. `ValueError` where there is
+    no such policy, it does not work from these sensors, or it is a trained agent, which is made for what it was
+    trained in.
     """
     source = find_policy(name)
     try:
-        policy = source.make(sensors=sensors or "surface")
+        policy = source.make(sensors=sensors or "surface", **made)
     except ValueError:
         if sensors is not None:
             raise
         sensors = "state"
-        policy = source.make(sensors=sensors)
+        policy = source.make(sensors=sensors, **made)
+    if hasattr(policy, "predict_in_double") and (given := [*made, *(["sensors"] if sensors else [])]):
+        raise refuse(
+            str(name), "what it is to be made for", ", ".join(given), "", "nothing: that is as in its training"
+        )
     task = getattr(policy, "task", None)
     if task is None:
         return policy
-    return source.make(sensors=sensors or "surface", slew_limit=task.slew_limit)
+    return source.make(sensors=sensors or "surface", slew_limit=task.slew_limit, **made)
 
 
 def export(policy: Any, path: Path, name: str = "") -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from drillrig_env.allowed import Choice, Made
+from drillrig_env.allowed import Made, Text
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter, refuse
 
 
@@ -40,7 +40,9 @@ class Limits:
     hold_time: float = parameter(1.0, "s", "that the reference is held in a fault", allowed=NOT_NEGATIVE)
     fallback_time: float = parameter(10.0, "s", "of the fallback law, until the ramp down", allowed=NOT_NEGATIVE)
     sound_time: float = parameter(1.0, "s", "without a fault, until the policy acts again", allowed=NOT_NEGATIVE)
-    fallback: str = parameter("constant", meaning="law in a fault", allowed=Choice(("constant", "z_torque")))
+    fallback: str = parameter(
+        "constant", meaning="law in a fault", allowed=Text("constant, z_torque, or the path of a file of z_torque")
+    )
     safe_speed: float = parameter(1.0, "rad/s", "where the ramp of a fault ends", allowed=NOT_NEGATIVE)
     ramp: float = parameter(0.5, "rad/s^2", "rate of the ramp down", allowed=POSITIVE)
     plausible: dict[str, tuple[float, float]] = parameter(

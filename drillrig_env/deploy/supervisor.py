@@ -53,7 +53,7 @@ class Supervisor:
             raise refuse("Supervisor", "units of the controller", self.controller.units, "", "none: SI units")
         self.limits = Limits() if limits is None else limits
         self.events = Events() if events is None else events
-        self.fallback = None if self.limits.fallback == "constant" else Controller(self.limits.fallback)
+        self.fallback = None if self.limits.fallback == "constant" else self._fallback(self.limits.fallback)
         self.channels = tuple(dict.fromkeys((*self.controller.channels, *([] if self.fallback is None else [_TORQUE]))))
         self._faults: Mapping[str, str] = {}
         self._checks = Checks(self.limits, self._ranges())
@@ -251,6 +251,16 @@ class Supervisor:
     @property
     def _now(self) -> float:
         return 0.0 if self._time is None else self._time
+
+    def _fallback(self, policy: str) -> Controller:
+        """The fallback law. `ValueError` for another one than Z-torque, or one of another control period."""
+        law = Controller(policy)
+        if law.file.about["training"].get("law") != "ZTorque":
+            raise refuse("Limits", "fallback", repr(policy), "", "constant, z_torque, or a file of z_torque")
+        if law.period != self.controller.period:
+            allowed = f"{self.controller.period:g}, that of {self.controller.name}"
+            raise refuse("Limits", "control period of the fallback", law.period, "s", allowed)
+        return law
 
     def _read(self, measurements: Mapping[str, Any]) -> dict[str, Any]:
         """Of what was measured what the policy wants."""

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from baselines import LQG, Constant, JumpEase, ZTorque
+from drillrig_env.deploy import Controller, Limits, Supervisor
 from drillrig_env.deploy.about import NO_DIGEST
-from drillrig_env.deploy.export import TOLERANCE, export, largest_difference, policy_to_export
+from drillrig_env.deploy.export import TOLERANCE, export, largest_difference, main, policy_to_export
 from drillrig_env.deploy.policy_file import SHIPPED, PolicyFile, shipped_policies
 from drillrig_env.deploy.ship import POLICIES
 from drillrig_env.env.sensors import LIMIT, SENSORS
@@ -155,3 +156,40 @@ def test_values_that_are_no_numbers_are_refused():
     policy.step({name: [1.0, 2.0] for name in policy.inputs})
     with pytest.raises(ValueError, match=r"values of \[1, 2\] rigs"):
         policy.step(values)
+
+
+def test_a_law_is_exported_for_a_rig_of_ones_own(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    FAST.to_toml(tmp_path / "fast.toml")
+    assert main(["lqg", "--rig", "fast.toml", "--delay", "2", "--episodes", "2"]) == 0
+    assert "lqg.onnx: " in capsys.readouterr().out
+    about = PolicyFile("lqg.onnx").about
+    assert (about["sensors"]["delay"], about["rig"]["J_1"]) == ([2, 2], FAST.J_1)
+    assert about["control_period"]["value"] == pytest.approx(0.05)
+    supervisor = Supervisor("lqg.onnx")
+    assert supervisor.controller.period == about["control_period"]["value"]
+    with pytest.raises(ValueError, match=r"control period of the fallback = 0.1 s is not allowed; allowed: 0.05"):
+        Supervisor("lqg.onnx", Limits(fallback="z_torque"))
+
+
+def test_a_trained_agent_is_for_what_it_was_trained_in(capsys):
+    with pytest.raises(SystemExit):
+        main(["ppo", "--delay", "2"])
+    assert "ppo: what it is to be made for = delay is not allowed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_a_shipped_policy_describes_itself(name):
+    text = Controller(name).describe()
+    assert text.startswith(f"{name}: ")
+    assert "drive: k_p " in text
+    assert "wants each 0.1 s: " in text
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_single_and_double_precision_are_alike(name):
+    rng, one, other = np.random.default_rng(0), PolicyFile(name), PolicyFile(name)
+    for _ in range(5):
+        values = {channel: rng.uniform(0.0, 3.0, 4).astype(np.float32) for channel in one.inputs}
+        doubles = {channel: value.astype(np.float64) for channel, value in values.items()}
+        np.testing.assert_array_equal(one.step(values), other.step(doubles))

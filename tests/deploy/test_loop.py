@@ -8,8 +8,8 @@ import pytest
 
 from drillrig_env.calibrate.records import read_record
 from drillrig_env.deploy import Limits, Operator, State, Supervisor, Timing, read_log, replay, run_loop
+from drillrig_env.deploy.dry_run import DryRig
 from drillrig_env.deploy.replay import main
-from tests.deploy.bench import Bench
 
 pytest.importorskip("onnxruntime")
 
@@ -28,19 +28,19 @@ class Clock:
         self.now += seconds + (self.by if self.beats == self.late_at else 0.0)
 
 
-class Faulty(Bench):
+class Faulty(DryRig):
     """Its current is missing for a second, and its torque no number for long enough to stop the rig."""
 
     def measure(self):
         measured = super().measure()
-        if 50 <= self.step < 60:
+        if 50 <= self.steps < 60:
             measured["current"] = None
-        if 120 <= self.step < 240:
+        if 120 <= self.steps < 240:
             measured["string_torque"] = float("nan")
         return measured
 
     def ages(self):
-        return {"voltage": 0.3 if self.step == 90 else 0.05}
+        return {"voltage": 0.3 if self.steps == 90 else 0.05}
 
 
 def wishes(step):
@@ -131,18 +131,18 @@ def test_the_drive_gets_what_the_log_says(logged):
 
 
 def test_a_beat_that_has_passed_is_left_out_and_told():
-    supervisor, timing, _ = run(rig=Bench(3), clock=Clock(late_at=10, by=0.43), steps=25)
+    supervisor, timing, _ = run(rig=DryRig(3), clock=Clock(late_at=10, by=0.43), steps=25)
     assert timing.missed == 4
     assert len(timing.took) == 25
     assert any("control step late: 0.53 s" in event.reason for event in supervisor.events.kept)
     assert supervisor.state is State.NORMAL
-    _, timing, _ = run(rig=Bench(3), clock=Clock(late_at=10, by=0.03), steps=20)
+    _, timing, _ = run(rig=DryRig(3), clock=Clock(late_at=10, by=0.03), steps=20)
     assert timing.missed == 0
     assert max(timing.late) == pytest.approx(0.03)
 
 
 def test_in_shadow_mode_nothing_is_commanded(tmp_path):
-    class Untouched(Bench):
+    class Untouched(DryRig):
         def command(self, reference):
             pytest.fail("commanded")
 
@@ -154,7 +154,7 @@ def test_in_shadow_mode_nothing_is_commanded(tmp_path):
 
 
 def test_it_keeps_the_systems_time():
-    rig = Bench(3)
+    rig = DryRig(3)
     supervisor = Supervisor("z_torque")
     timing = run_loop(supervisor, rig, reference=rig.reference, target=rig.target, steps=4)
     assert supervisor.time == pytest.approx(0.4, abs=0.1)
@@ -165,18 +165,21 @@ def test_it_keeps_the_systems_time():
 
 @pytest.mark.parametrize("policy", ["ppo", "ppo_surface", "lqg", "jump_ease_estimated", "z_torque"])
 def test_a_step_takes_less_than_a_millisecond(policy):
-    """Of the processor's time, the best of four rounds: what else a machine does wipes caches too."""
-    supervisor, rng = Supervisor(policy, Limits(current=1e3, torque=1e3, top_speed=1e3)), np.random.default_rng(0)
-    shown = dict.fromkeys(supervisor.channels, 0.5)
-    supervisor.start(2.0, 3.0, shown)
-    took = []
-    for step in range(400):
-        measured = {name: 0.5 + 0.1 * rng.random() for name in shown}
-        begin = thread_time()
-        supervisor.step(measured, 0.1 * (step + 1))
-        took.append(thread_time() - begin)
-    assert supervisor.state is State.NORMAL
-    assert np.percentile(np.reshape(took, (4, 100)), 99.0, axis=1).min() <= 1e-3
+    """Of the processor's time, as the shortest of three rounds has each step: the rest is what else a machine does."""
+    shown = dict.fromkeys(Supervisor(policy).channels, 0.5)
+    measured = [dict.fromkeys(shown, 0.5 + 0.1 * value) for value in np.random.default_rng(0).random(200)]
+    rounds = []
+    for _ in range(3):
+        supervisor = Supervisor(policy, Limits(current=1e3, torque=1e3, top_speed=1e3))
+        supervisor.start(2.0, 3.0, shown)
+        took = []
+        for step, values in enumerate(measured):
+            begin = thread_time()
+            supervisor.step(values, 0.1 * (step + 1))
+            took.append(thread_time() - begin)
+        assert supervisor.state is State.NORMAL
+        rounds.append(took)
+    assert np.percentile(np.min(rounds, axis=0), 99.0) <= 1e-3
 
 
 def test_timing_says_nothing_before_the_first_step():
@@ -186,7 +189,7 @@ def test_timing_says_nothing_before_the_first_step():
 
 
 def test_what_cannot_be_run_is_refused():
-    rig = Bench(3)
+    rig = DryRig(3)
     with pytest.raises(ValueError, match="steps = 0 is not allowed; allowed: whole, >= 1"):
         run_loop(Supervisor("constant"), rig, reference=1.0, target=2.0, steps=0)
     with pytest.raises(ValueError, match="speed_target = 20"):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drillrig_env.deploy import Controller, Limits, State, Supervisor
-from tests.deploy.bench import Bench
+from drillrig_env.deploy.dry_run import DryRig
 
 pytest.importorskip("onnxruntime")
 
@@ -193,7 +193,9 @@ def test_a_restart_in_a_fault_is_refused():
         (lambda: Limits(lowest_reference=11.0), "lowest_reference = 11.0 rad/s is not allowed; allowed: < high"),
         (lambda: Limits(safe_speed=20.0), "safe_speed = 20.0 rad/s"),
         (lambda: Limits(plausible={"current": (3.0, 1.0)}), "plausible current = "),
-        (lambda: Limits(fallback="lqg"), "fallback = lqg is not allowed|fallback = 'lqg' is not allowed"),
+        (lambda: Limits(fallback=""), "fallback = '' is not allowed; allowed: constant, z_torque, or"),
+        (lambda: Supervisor("lqg", Limits(fallback="ppo")), "fallback = 'ppo' is not allowed; allowed: constant, z_t"),
+        (lambda: Supervisor("lqg", Limits(fallback="z_toque")), r"'z_toque' is not known; did you mean z_torque\?"),
     ],
 )
 def test_what_makes_no_sense_is_named(make, message):
@@ -203,7 +205,7 @@ def test_what_makes_no_sense_is_named(make, message):
 
 @pytest.mark.parametrize("rig", range(4))
 def test_sound_instruments_raise_no_alarm(rig):
-    bench = Bench(rig)
+    bench = DryRig(rig)
     supervisor = Supervisor("lqg")
     supervisor.start(bench.reference, bench.target, bench.measure())
     for step in range(400):
