@@ -78,7 +78,7 @@ def spread_of(best: Best) -> Spread:
     covariance = inverse * np.outer(inflated, inflated)
     seen = np.sqrt(np.diag(covariance)) < _KNOWN * beforehand
     determined = np.logical_and(seen, tells(curvature.sum(axis=0), beforehand))
-    return Spread(_with_beforehand(covariance, seen, beforehand), determined, n)
+    return Spread(covariance, determined, n)
 
 
 def tells(curvature: FloatArray, beforehand: FloatArray) -> FloatArray:
@@ -97,12 +97,3 @@ def _pulls(scores: FloatArray, curvatures: FloatArray, inverse: FloatArray) -> F
     shares, axes = np.linalg.eigh(root.T @ curvatures @ root)  # of all that is known, what a window tells by itself
     along = np.einsum("nji,nj->ni", axes, scores @ root) / np.sqrt(np.maximum(1.0 - shares, _LEAST_REST))
     return np.asarray(np.einsum("nij,nj->ni", axes, along) @ root.T)
-
-
-def _with_beforehand(covariance: FloatArray, seen: npt.NDArray[np.bool_], beforehand: FloatArray) -> FloatArray:
-    """A covariance in which what the records do not tell is as uncertain as it was."""
-    found = covariance.copy()
-    for k in np.flatnonzero(np.logical_not(seen)):
-        found[k, :] = found[:, k] = 0.0
-        found[k, k] = beforehand[k] ** 2
-    return found

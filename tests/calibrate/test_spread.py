@@ -33,6 +33,14 @@ def test_a_common_scale_that_nothing_tells_stays_open(windows):
     assert ratio @ spread.covariance @ ratio < 0.2**2
 
 
+def test_draws_of_what_is_not_determined_still_fit_the_records():
+    spread = spread_of(best_of(60, [WIDE] * 2))
+    assert not spread.determined.any()
+    draws = spread.draws(200, 0)
+    assert draws.std(axis=0).min() > 0.5 * WIDE
+    assert np.diff(draws, axis=1).std() < 0.1
+
+
 @pytest.mark.parametrize("windows", [6, 60])
 def test_one_weighed_disc_closes_it(windows):
     spread = spread_of(best_of(windows, [0.02] + [WIDE] * (NAMES - 1)))
