@@ -10,7 +10,7 @@ from drillrig_env.deploy.limits import Limits
 from drillrig_env.deploy.log import Log, read_log
 from drillrig_env.deploy.loop import Hardware, Operator, Timing, run_loop
 from drillrig_env.deploy.policy_file import PolicyFile, shipped_policies
-from drillrig_env.deploy.replay import Replay, replay
+from drillrig_env.deploy.replay import Replay, replay_log
 from drillrig_env.deploy.supervisor import State, Supervisor
 from drillrig_env.deploy.watchdog import Watchdog
 
@@ -29,7 +29,7 @@ __all__ = [
     "Timing",
     "Watchdog",
     "read_log",
-    "replay",
+    "replay_log",
     "run_loop",
     "shipped_policies",
 ]

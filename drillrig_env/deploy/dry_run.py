@@ -1,16 +1,27 @@
 """A rig of the environment in the place of hardware, and a clock that does not wait: to try all but the wires.
 
+  python -m drillrig_env.deploy.dry_run lqg --rigs 60         # how many are calmed, what the supervisor had to do
+  python -m drillrig_env.deploy.dry_run lqg --real --steps 150    # at the system's time: how punctual it is
+
 It needs the whole package, unlike the rest of this folder.
 """
 
 from __future__ import annotations
 
+import time
+from collections import Counter
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from drillrig_env.allowed import COUNT
+from drillrig_env.command_line import Parser, command
+from drillrig_env.deploy.loop import run_loop
+from drillrig_env.deploy.supervisor import Supervisor
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.flags import of_kind
 from drillrig_env.seeds import VALIDATION_SEEDS
 
 
@@ -72,3 +83,34 @@ class Instant:
     def sleep(self, seconds: float) -> None:
         """Let `seconds` pass at once."""
         self.now += seconds
+
+
+@command
+def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig_env.deploy.dry_run") -> None:
+    """Parse the command line, run a supervised policy on simulated rigs, and say what happened."""
+    parser = Parser(prog=prog, description=__doc__)
+    parser.add_argument("policy", help="a shipped policy from the surface, or a file of one")
+    parser.add_argument("--rigs", type=of_kind(COUNT), default=1, help="how many, one after another (default: 1)")
+    parser.add_argument("--steps", type=of_kind(COUNT), default=600, help="control steps of each (default: 600)")
+    parser.add_argument("--real", action="store_true", help="keep the system's time")
+    chosen = parser.parse_args(arguments)
+    kinds: Counter[str] = Counter()
+    calm = 0
+    for number in range(chosen.rigs):
+        try:
+            supervisor = Supervisor(chosen.policy)
+        except ValueError as error:
+            parser.error(str(error))
+        rig, instant = DryRig(number), Instant()
+        clock, sleep = (time.perf_counter, time.sleep) if chosen.real else (instant, instant.sleep)
+        begin = {"reference": rig.reference, "target": rig.target}
+        timing = run_loop(supervisor, rig, **begin, steps=chosen.steps, clock=clock, sleep=sleep)
+        kinds.update(event.kind for event in supervisor.events.kept if event.kind != "start")
+        calm += bool(rig.core.mitigated[0])
+    print(f"{chosen.policy}: {calm} of {chosen.rigs} rigs calm at the end; events: {dict(kinds) or 'none'}")
+    if chosen.real:
+        print(timing)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

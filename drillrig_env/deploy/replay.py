@@ -32,7 +32,7 @@ class Replay:
     timing: Timing
 
 
-def replay(log: str | Path, policy: str | Path | None = None, other: bool = False) -> Replay:
+def replay_log(log: str | Path, policy: str | Path | None = None, other: bool = False) -> Replay:
     """Play a log through its policy again, or with `other` through another one.
 
     Raises `ValueError` for a log that is damaged or empty, and for a policy whose digest is not the log's.
@@ -76,7 +76,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig replay") 
     parser.add_argument("--other", action="store_true", help="take a policy that is not the log's")
     chosen = parser.parse_args(arguments)
     try:
-        found = replay(chosen.log, chosen.policy, chosen.other)
+        found = replay_log(chosen.log, chosen.policy, chosen.other)
     except (ValueError, TypeError) as error:
         parser.error(str(error))
     print(f"{chosen.log}: {found.steps - found.differing} of {found.steps} commands are the same to the last bit")

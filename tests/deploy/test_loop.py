@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drillrig_env.calibrate.records import read_record
-from drillrig_env.deploy import Limits, Operator, State, Supervisor, Timing, read_log, replay, run_loop
+from drillrig_env.deploy import Limits, Operator, State, Supervisor, Timing, read_log, replay_log, run_loop
 from drillrig_env.deploy.dry_run import DryRig
 from drillrig_env.deploy.replay import main
 
@@ -75,7 +75,7 @@ def test_a_replay_gives_the_same_commands_to_the_last_bit(logged, capsys):
     path, supervisor, *_ = logged
     states = {row.state for row in read_log(path)[1]}
     assert states == {"normal", "hold", "fallback", "ramp", "stopped"}
-    found = replay(path)
+    found = replay_log(path)
     assert (found.steps, found.differing, found.first, found.largest) == (300, 0, None, 0.0)
     assert main([str(path)]) == 0
     assert "300 of 300 commands are the same to the last bit" in capsys.readouterr().out
@@ -98,10 +98,10 @@ def test_a_log_that_was_changed_is_noticed(logged, tmp_path, capsys):
     assert "line 31: no row of a log" in capsys.readouterr().err
     changed.write_text("".join(lines[1:]))
     with pytest.raises(ValueError, match="is no log of a controller"):
-        replay(changed)
+        replay_log(changed)
     changed.write_text("".join(lines[:2]))
     with pytest.raises(ValueError, match="has no control step"):
-        replay(changed)
+        replay_log(changed)
 
 
 def test_another_policy_is_refused_or_compared(logged, capsys):
@@ -150,7 +150,7 @@ def test_in_shadow_mode_nothing_is_commanded(tmp_path):
     run(tmp_path / "shadow.csv", rig=rig, steps=30, shadow=lambda: 2.5)
     rows = list(read_log(tmp_path / "shadow.csv")[1])
     assert all(row.told == 2.5 and abs(row.command - 2.5) <= 0.2 + 1e-9 for row in rows)
-    assert replay(tmp_path / "shadow.csv").differing == 0
+    assert replay_log(tmp_path / "shadow.csv").differing == 0
 
 
 def test_it_keeps_the_systems_time():
