@@ -103,8 +103,15 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
             parser.error(str(error))
         rig, instant = DryRig(number), Instant()
         clock, sleep = (time.perf_counter, time.sleep) if chosen.real else (instant, instant.sleep)
-        begin = {"reference": rig.reference, "target": rig.target}
-        timing = run_loop(supervisor, rig, **begin, steps=chosen.steps, clock=clock, sleep=sleep)
+        timing = run_loop(
+            supervisor,
+            rig,
+            reference=rig.reference,
+            target=rig.target,
+            steps=chosen.steps,
+            clock=clock,
+            sleep=sleep,
+        )
         kinds.update(event.kind for event in supervisor.events.kept if event.kind != "start")
         calm += bool(rig.core.mitigated[0])
     print(f"{chosen.policy}: {calm} of {chosen.rigs} rigs calm at the end; events: {dict(kinds) or 'none'}")

@@ -45,7 +45,7 @@ class Operator:
 
 @dataclass
 class Timing:
-    """How punctual a loop was: how late each control step began, and how long it took, in s; beats left out."""
+    """How punctual a loop was: how late each control step began, how long it took to decide, in s; beats left out."""
 
     late: list[float] = field(default_factory=list)
     took: list[float] = field(default_factory=list)
@@ -111,13 +111,14 @@ def run_loop(
             measured = rig.measure()
             ages: Mapping[str, float] = rig.ages() if hasattr(rig, "ages") else {}
             wishes = None if operator is None else operator(step)
+            decides = clock()
             done = serve(supervisor, wishes, measured)
             told = None if shadow is None else shadow()
             given = supervisor.step(measured, now - begin, ages, told)
+            timing.took.append(clock() - decides)
+            timing.late.append(now - begin - beat * period)
             if shadow is None:
                 rig.command(given)
-            timing.late.append(now - begin - beat * period)
-            timing.took.append(clock() - now)
             if book is not None:
                 row = Row(now - begin, measured, supervisor.target, given, told, done, ages)
                 book.write(row, given if told is None else told)
