@@ -17,15 +17,17 @@ from drillrig_env.parameters import checked, closest, default_of, refuse
 T = TypeVar("T")
 
 _BASE, _CHAPTER = "base", "chapter"
+_OF_A_CALIBRATION = ("rig", "friction")
+"""Tables that a calibration writes into its folder, as rig.toml and friction.toml."""
 
 
 def record_of(record: type[T], section: str, value: Any) -> T:
     """A record from what a user gives for it.
 
     None is the default record; a record stands for itself; a dictionary holds changes to the default; a path leads to
-    a TOML file with the table `[section]`, or to a folder with such a file, `section.toml`. Raises `ValueError` that
-    names what is not allowed (the closest known name for an unknown key) and `FileNotFoundError` where there is no such
-    file.
+    a TOML file with the table `[section]`, of a rig or a friction also to a calibration's folder. Raises `ValueError`
+    that names what is not allowed (the closest known name for an unknown key) and `FileNotFoundError` where there is no
+    such file.
     """
     if value is None:
         return record()
@@ -34,7 +36,8 @@ def record_of(record: type[T], section: str, value: Any) -> T:
     if isinstance(value, Mapping):
         return _with_changes(record, section, value)
     if isinstance(value, str | Path):
-        return read_section(Path(value) / f"{section}.toml" if Path(value).is_dir() else value, section, record)
+        in_folder = section in _OF_A_CALIBRATION and value != "" and Path(value).is_dir()  # "" is the working folder
+        return read_section(Path(value) / f"{section}.toml" if in_folder else value, section, record)
     name = record.__name__
     allowed = f"a {name}, a dictionary of changes to {name}(), or the path of a TOML file with the table [{section}]"
     raise refuse(section, section, repr(value), "", allowed)
