@@ -114,7 +114,7 @@ def test_the_wheel_brings_the_two_packages_with_their_data_and_nothing_else(buil
     names = zipfile.ZipFile(wheel).namelist()
     version = drillrig_env.__version__
     assert top_level(names) == {"drillrig_env", "baselines", f"drillrig-{version}.dist-info"}
-    assert {"drillrig_env/py.typed", "baselines/tuned.json", "drillrig_env/cli/__init__.py"} <= set(names)
+    assert {"drillrig_env/py.typed", "baselines/tuned.json", "drillrig_env/deploy/shipped/lqg.onnx"} <= set(names)
     sources = {
         path.relative_to(ROOT).as_posix()
         for name in ("drillrig_env", "baselines")
@@ -128,7 +128,13 @@ def test_the_sdist_holds_what_the_wheel_is_made_of(built):
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    assert {"pyproject.toml", "README.md", "LICENSE", "baselines/tuned.json", "drillrig_env/py.typed"} <= names
+    assert {
+        "pyproject.toml",
+        "README.md",
+        "LICENSE",
+        "drillrig_env/deploy/shipped/lqg.onnx",
+        "drillrig_env/py.typed",
+    } <= names
     assert not any(name.startswith("agents") for name in names)
 
 

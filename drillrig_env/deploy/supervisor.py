@@ -8,9 +8,9 @@
 | RAMP | goes down at `ramp`, to `safe_speed` or to what the operator asked for | for STOPPED when it is there |
 | STOPPED | stays there | by `restart` alone, as RAMP |
 
-A fault is a measurement that is missing, stale, frozen or implausible, a control step that came late, or a policy that
-failed. An overload is a top speed above its limit, or current or torque above theirs for `overload_time`. All depends
-on what `step` is given and on nothing else, so that a log can be replayed to the last bit.
+A fault is a measurement that is missing, stale, frozen or implausible, a control step that came late or early, or a
+policy that failed. An overload is a top speed above its limit, or current or torque above theirs for `overload_time`.
+All depends on what `step` is given and on nothing else, so that a log can be replayed to the last bit.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ from drillrig_env.deploy.checks import Checks, last_number
 from drillrig_env.deploy.controller import TARGET, Controller
 from drillrig_env.deploy.events import Events
 from drillrig_env.deploy.limits import Limits
+from drillrig_env.deploy.overload import Overload
 from drillrig_env.parameters import refuse
 
 _ROUNDING = 1e-9  # s
-_LATE = 3.0  # control periods between two steps, from which a step counts as late
+_EARLY, _LATE = 0.5, 3.0  # control periods between two steps, below and above which a step counts as a fault
 _TORQUE = "string_torque"
 _CLIPPED = 10.0  # scales of a channel beside its offset, where the policy sees no further
 
@@ -63,14 +64,14 @@ class Supervisor:
         self._since = self._sound = 0.0
         self._bottom = self.limits.safe_speed
         self._fallback_runs = self._clipped = self._begins_anew = False
-        self._overload: float | None = None  # since when, s
+        self._overload = Overload(self.limits)
 
     def start(self, reference: float, target: float, measurements: Mapping[str, Any], time: float = 0.0) -> None:
         """Begin at a time (s) from the speed reference as it is (rad/s). `ValueError` as for `Controller.start`."""
         self.controller.start(reference, target, measurements)
         self._checks = Checks(self.limits, self._ranges())
         self.reference, self._time = float(reference), float(time)
-        self._overload, self._faults = None, {}
+        self._overload, self._faults = Overload(self.limits), {}
         self._enter(State.NORMAL, "start", f"from {reference:g} to {target:g} rad/s")
 
     @property
@@ -96,7 +97,7 @@ class Supervisor:
         if self._faults:
             raise ValueError(f"restart is not allowed: {_words(self._faults)}")
         self.controller.start(self.reference, self.target, self._read(measurements))
-        self._overload, self._bottom = None, self.limits.safe_speed
+        self._overload, self._bottom = Overload(self.limits), self.limits.safe_speed
         self._enter(State.NORMAL, "restart", f"from {self.reference:g} rad/s")
 
     def refuse(self, reason: str) -> None:
@@ -135,6 +136,8 @@ class Supervisor:
         faults = self._checks.faults(self.channels, measurements, ages or {})
         if passed > _LATE * period:
             faults["control step"] = f"late: {passed:.3g} s after the last one, over {_LATE * period:.3g} s"
+        if passed < _EARLY * period:  # each step moves the reference by the rate of a whole one
+            faults["control step"] = f"early: {passed:.3g} s after the last one, below {_EARLY * period:.3g} s"
         self._faults = faults
         self._watch_load({name: value for name, value in measurements.items() if name not in faults})
         self._change_state(faults, time)
@@ -198,7 +201,7 @@ class Supervisor:
         stops = self.state in (State.RAMP, State.STOPPED)
         low = min(limits.lowest_reference, self._bottom) if stops else limits.lowest_reference
         inside = min(max(wanted, low), limits.highest_reference)
-        if self._overload is not None and self.state is not State.RAMP:
+        if self._overload.is_there and self.state is not State.RAMP:
             inside = min(inside, self.reference)
         rate = limits.ramp if self.state is State.RAMP else limits.rate
         most = rate * period * (1.0 + 1e-12)
@@ -212,24 +215,12 @@ class Supervisor:
         return given
 
     def _watch_load(self, measurements: Mapping[str, Any]) -> None:
-        """See since when current or torque have been above their limits; ramp down where that is too long."""
-        limits, over = self.limits, []
-        for name, limit, unit in (("current", limits.current, "A"), (_TORQUE, limits.torque, "N m")):
-            value = last_number(measurements.get(name))
-            if value is not None and abs(value) > limit:
-                over.append(f"{name} = {value:.3g} {unit} is above {limit:g} {unit}")
-        if over and self._overload is None:
-            self._overload = self._now
-            self._tell("limit", f"{'; '.join(over)}: the reference rises no more")
-        elif not over:
-            self._overload = None
-        if self.state in (State.RAMP, State.STOPPED):
-            return
-        speed = last_number(measurements.get("top_speed"))
-        if self._overload is not None and self._lasted(self._overload, limits.overload_time):
-            self._ramp(f"{'; '.join(over)} for {self._now - self._overload:.3g} s")
-        elif speed is not None and abs(speed) > limits.top_speed:
-            self._ramp(f"top_speed = {speed:.4g} rad/s is above {limits.top_speed:g} rad/s")
+        """Tell of an overload that begins; ramp down where one lasts too long, and at once from too high a speed."""
+        was, reason = self._overload.is_there, self._overload.look(measurements, self._now)
+        if self._overload.is_there and not was:
+            self._tell("limit", f"{self._overload.words}: the reference rises no more")
+        if reason and self.state not in (State.RAMP, State.STOPPED):
+            self._ramp(reason)
 
     def _lasted(self, since: float, long: float) -> bool:
         return self._now - since >= long - _ROUNDING

@@ -119,6 +119,15 @@ def test_a_late_step_is_a_fault():
     assert "control step late: 0.6 s after the last one, over 0.3 s" in line.told[-1]
 
 
+def test_an_early_step_is_a_fault_and_moves_nothing():
+    line = Line("constant")
+    line.go(1)
+    line.supervisor.step(SOUND, 0.1 * line.steps + 0.02)
+    assert line.supervisor.state is State.HOLD
+    assert line.supervisor.reference == line.last
+    assert "control step early: 0.02 s after the last one, below 0.05 s" in line.told[-1]
+
+
 def test_a_policy_that_fails_is_a_fault(monkeypatch):
     line = Line()
     line.go(3)

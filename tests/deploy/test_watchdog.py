@@ -1,10 +1,12 @@
 """Where commands stop coming the rig's side comes down by itself, and waits."""
 
 import math
+from itertools import pairwise
 
 import pytest
 
-from drillrig_env.deploy import Watchdog
+from drillrig_env.deploy import Supervisor, Watchdog, run_loop
+from drillrig_env.deploy.dry_run import DryRig, Instant
 
 
 def test_three_silent_periods_end_in_a_ramp():
@@ -57,3 +59,36 @@ def test_it_does_nothing_before_it_is_armed():
     assert not dog.command(2.0, 0.1)
     with pytest.raises(ValueError, match="period = 0 s is not allowed"):
         Watchdog(period=0, fallback_speed=1.0, highest=10.0)
+
+
+def test_a_loop_that_dies_leaves_the_rig_to_its_watchdog():
+    """The computer of the policy fails after 3 s; the rig's own goes on, and comes down by itself."""
+    pytest.importorskip("onnxruntime")
+    clock, rig = Instant(), DryRig(3)
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    dog.arm(rig.reference, clock())
+
+    class Line:
+        def measure(self):
+            if rig.steps == 30:
+                raise ConnectionError("the instruments are gone")
+            return rig.measure()
+
+        def command(self, speed_reference):
+            assert dog.command(speed_reference, clock())
+            rig.command(dog.reference(clock()))
+
+    supervisor = Supervisor("lqg")
+    with pytest.raises(ConnectionError):
+        run_loop(
+            supervisor, Line(), reference=rig.reference, target=3.0, steps=100, clock=clock, sleep=clock.sleep
+        )  # fmt: skip
+    last, seen = dog.reference(clock()), []
+    for _ in range(100):
+        clock.sleep(0.1)
+        rig.command(dog.reference(clock()))
+        seen.append(rig.reference)
+    assert not math.isclose(last, 1.0)
+    assert seen[:2] == pytest.approx([last, last])
+    assert seen[-1] == pytest.approx(1.0)
+    assert max(abs(b - a) for a, b in pairwise(seen)) <= 0.05 + 1e-6
