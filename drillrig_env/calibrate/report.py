@@ -22,6 +22,8 @@ from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
 from drillrig_env.calibrate.sampled import draw_words
 from drillrig_env.evaluation.provenance import provenance
 
+_NOT_FOLLOWED = "Parameters of a model that does not follow the records: do not believe these intervals"
+
 
 @dataclass(frozen=True, eq=False)
 class Report:
@@ -67,7 +69,7 @@ class Report:
     def tables(self) -> list[tuple[str, list[str], list[list[str]]]]:
         """A title, headings and rows for each table."""
         found = [
-            ("Parameters", PARAMETERS, parameter_rows(self.calibration)),
+            (_NOT_FOLLOWED if self.misfits else "Parameters", PARAMETERS, parameter_rows(self.calibration)),
             ("How well the model follows the records", judged.HEADINGS, judged_rows(self.judged)),
             ("Cycles of vibration", cycles.HEADINGS, cycle_rows(self.cycles)),
         ]
@@ -82,7 +84,7 @@ class Report:
         apart = disagreement_words(self.disagreements)
         unloaded = "no record has a load: friction, critical speed and end of stick-slip are not determined"
         means = [load + str(one) for one in self.means] or [unloaded]
-        return [*laws, *means, *misfit_words(self.misfits), *apart, *_at_bounds(self.calibration), *self.drawn]
+        return [*misfit_words(self.misfits), *laws, *means, *apart, *_at_bounds(self.calibration), *self.drawn]
 
     def summary(self) -> dict[str, Any]:
         """What is known, for calibration.json."""

@@ -14,6 +14,7 @@ from drillrig_env.calibrate.cycles import cycle_rows, cycles, onwards
 from drillrig_env.calibrate.fit import FARTHEST
 from drillrig_env.calibrate.judged import judged, judged_rows
 from drillrig_env.calibrate.meaning import Meaning, meanings
+from drillrig_env.calibrate.misfit import Misfit
 from drillrig_env.calibrate.pictures.parameters import draw_intervals
 from drillrig_env.calibrate.report import Report
 from drillrig_env.indicators import amplitude_pulse_level, correlation
@@ -191,3 +192,11 @@ def test_a_report_has_all_of_it(quick):
     assert len(critical["value"]) == len(told["map"]["normal_force"]) == LOADS
     assert critical["low"][-1] == told["means"]["critical speed"]["low"] < critical["value"][-1]
     assert told["means"]["critical speed"]["determined"] is True
+
+
+def test_where_the_model_does_not_follow_the_records_the_table_says_so():
+    good = Report.of(fitted(), "", draws=2)
+    bad = replace(good, misfits=[Misfit("run.csv", "current", 0.5, 0.02)])
+    assert good.tables()[0][0] == "Parameters"
+    assert "do not believe these intervals" in bad.tables()[0][0]
+    assert bad.sentences()[0].startswith("run.csv: the model is off current by 0.5 A")
