@@ -53,7 +53,8 @@ def test_episodes_come_back_with_their_infos(name):
         for key, values in episode.infos.items():
             assert np.asarray(values).shape == (STEPS + 1,), key
         assert episode.infos["is_success"].dtype == np.bool_
-        np.testing.assert_array_equal(episode.infos["speed_target"], episode.infos["speed_target"][0])
+        targets = np.unique(episode.infos["speed_target"])
+        assert len(targets) == (2 if name == "DrillRigDrift-v0" else 1)  # whose target steps
 
 
 @pytest.mark.parametrize("kwargs", KWARGS.values(), ids=KWARGS)
