@@ -125,6 +125,7 @@ def test_a_disc_2_that_nothing_moves_stays_where_it_is():
     np.testing.assert_allclose(run.state, np.broadcast_to(start, run.state.shape), atol=1e-12)
 
 
+@pytest.mark.slow  # it compiles the stepper for itself
 def test_a_disc_2_that_keeps_turning_moves_as_if_it_had_one_mode():
     """Bit for bit: nothing but looks at x_4 is added."""
     rig, friction = Rig(T_r2=0.05), Friction(10.0)
