@@ -26,7 +26,6 @@ import numpy as np
 
 from benchmarks.case import NORMAL_FORCES, SPEED_REFERENCES, Rigs, drawn_rigs, largest_errors, sample_times
 from benchmarks.measure import (
-    deaf_to_interrupt,
     in_new_process,
     kept,
     median_seconds,
@@ -41,7 +40,7 @@ from benchmarks.peers import BATCH_PEERS
 from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
 from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.arrays import FloatArray
-from drillrig_env.command_line import Parser, command
+from drillrig_env.command_line import Parser, command, deaf_to_interrupt
 from drillrig_env.flags import of_kind
 from drillrig_env.jit.threads import available_threads
 

@@ -8,7 +8,6 @@ import os
 import signal
 import statistics
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from drillrig_env import markdown
+from drillrig_env.command_line import deaf_to_interrupt
 from drillrig_env.evaluation.provenance import processor, provenance
 from drillrig_env.files import check_writable_file, json_text, write_text
 
@@ -109,19 +109,6 @@ def in_new_process(work: Callable[..., Any], *arguments: Any, timeout: float | N
     if failure:
         raise RuntimeError(failure)
     return result
-
-
-@contextmanager
-def deaf_to_interrupt() -> Iterator[None]:
-    """Let a process that is started here be deaf to Ctrl-C from its first moment: that is the parent's to answer."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    earlier = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, earlier)
 
 
 def _answer(sender: Connection, work: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

@@ -113,6 +113,19 @@ def sigterm_as_exception() -> Iterator[None]:
         signal.signal(signal.SIGTERM, signal.SIG_DFL if earlier is None else earlier)
 
 
+@contextmanager
+def deaf_to_interrupt() -> Iterator[None]:
+    """Let a process that is started here be deaf to Ctrl-C from its first moment: that is the parent's to answer."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    earlier = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, earlier)
+
+
 def _terminate(_number: int, _frame: object) -> None:
     raise Terminated
 

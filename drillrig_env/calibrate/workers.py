@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import signal
-import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
-from drillrig_env.command_line import Failed
+from drillrig_env.command_line import Failed, deaf_to_interrupt
 
 P = TypeVar("P")
 R = TypeVar("R")
@@ -83,7 +82,7 @@ class Workers:
 
     def _begin(self, count: int) -> None:
         context = get_context("spawn")
-        with _without_ctrl_c():
+        with deaf_to_interrupt():
             while len(self._processes) < count:
                 here, there = context.Pipe()
                 process = context.Process(target=_run, args=(there,), daemon=True)
@@ -120,16 +119,3 @@ def _run(pipe: Connection) -> None:
             except Exception as error:
                 answer = None, error
             pipe.send(answer)
-
-
-@contextmanager
-def _without_ctrl_c() -> Iterator[None]:
-    """Processes that begin in the block do not hear Ctrl-C, from their first moment on."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    earlier = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, earlier)

@@ -7,9 +7,10 @@ import sys
 
 import pytest
 
-from benchmarks.measure import deaf_to_interrupt, kept, write_json
+from benchmarks.measure import kept, write_json
 from benchmarks.peers import PEERS
 from benchmarks.peers.peer import asked_for
+from drillrig_env.command_line import deaf_to_interrupt
 
 NAMES = ("solvers", "batches", "environments", "stability", "startup", "training")
 
