@@ -28,6 +28,7 @@ from drillrig_env.allowed import COUNT
 from drillrig_env.calibrate.calibration import BY_RECORDS, Calibration, calibrate
 from drillrig_env.calibrate.meaning import meanings
 from drillrig_env.calibrate.records import Record
+from drillrig_env.calibrate.unknowns import values_of
 from drillrig_env.calibrate.workers import Workers
 from drillrig_env.command_line import Parser, command
 from drillrig_env.flags import of_kind
@@ -121,16 +122,9 @@ def fitted(kind: Kind, seed: int) -> Calibration:
     return calibrate(records_of(kind, seed), start, friction, fix={"J_1": None}, starts=STARTS, seed=seed)
 
 
-def truth_of(kind: Kind) -> dict[str, float]:
-    """The true values by name."""
-    _, mu_s, mu_k, v_b = kind.friction.as_array()[0]
-    known = {name: float(value) for name, value in vars(kind.rig).items()}
-    return known | {"mu_k": mu_k, "mu_s - mu_k": mu_s - mu_k, "v_b": v_b}
-
-
 def covered(kind: Kind, found: Calibration) -> tuple[dict[str, bool], dict[str, bool]]:
     """Whether each determined parameter, and each speed, lies in its interval."""
-    truth, force = truth_of(kind), float(np.max(kind.friction.normal_force))
+    truth, force = values_of(kind.rig, kind.friction), float(np.max(kind.friction.normal_force))
     parameters = {name: low <= truth[name] <= high for name, _, low, high, told in found.rows() if told == BY_RECORDS}
     speeds = (float(critical_speed(kind.rig, kind.friction)), float(end_of_stick_slip(kind.rig, kind.friction).speed))
     means = meanings(found, force)
