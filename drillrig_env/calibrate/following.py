@@ -11,9 +11,8 @@ from drillrig_env.friction import Friction
 from drillrig_env.jit.compiled import compiled, inlined
 from drillrig_env.model import STATE_NAMES, frictionless_state, steady_state
 from drillrig_env.rig import Rig
-from drillrig_env.stepper.along import advance_over, parts_of
-from drillrig_env.stepper.ladder import UNITS, from_equilibrium, to_states
-from drillrig_env.stepper.tables import step_tables
+from drillrig_env.stepper.along import advance_over, ladders_for, parts_of
+from drillrig_env.stepper.ladder import from_equilibrium, to_states
 from drillrig_env.stepper.times import step_of
 from drillrig_env.stepper.workspace import workspace
 
@@ -46,11 +45,11 @@ def starts_of(windows: Windows, rig: Rig, friction: Friction, contacts: np.ndarr
         pressed = Friction(float(windows.forces[0, 0]), friction.mu_s, friction.mu_k, friction.v_b, law=friction.law)
         state = np.where(np.isfinite(first), first, steady_state(rig, pressed, max(speed, rig.omega_s)))
     _, period = step_of(rig, windows.period)
-    coarse, fine = step_tables(rig, period), step_tables(rig, period / UNITS)
     begins = np.where(windows.follows[:, None], np.nan, before)
     parts = parts_of(windows.lengths, period)
+    coarse, fine = ladders_for(rig, parts, period)
     states = np.empty((n, 7))
-    _follow(states, state, contacts, begins, measured, parts, period, coarse.ladders, fine.ladders, workspace())
+    _follow(states, state, contacts, begins, measured, parts, period, coarse, fine, workspace())
     return states
 
 

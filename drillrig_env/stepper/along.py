@@ -37,13 +37,25 @@ def advance_along(
     others follow. `drive` takes the place of the rig's own.
     """
     parts = parts_of(lengths, period)
-    coarse = step_tables(rig, period, tolerance, drive)
-    fine = step_tables(rig, period / UNITS, tolerance, drive) if parts[..., 2].any() else coarse
+    coarse, fine = ladders_for(rig, parts, period, tolerance, drive)
     result = np.empty((len(states), len(which), 7))
     starts, contacts = np.array(states, dtype=float), contacts.copy()
     angles = contacts["angle"][:, 0].copy()
-    _advance(starts, contacts, angles, which, parts, period, coarse.ladders, fine.ladders, workspace(), result)
+    _advance(starts, contacts, angles, which, parts, period, coarse, fine, workspace(), result)
     return result
+
+
+def ladders_for(
+    rig: Rig,
+    parts: npt.NDArray[np.int64],
+    period: float,
+    tolerance: float = TOLERANCE,
+    drive: Drive | None = None,
+) -> tuple[Records, Records]:
+    """The ladders of a period (s) and, where some `parts_of` it need them, of a unit of it."""
+    coarse = step_tables(rig, period, tolerance, drive)
+    fine = step_tables(rig, period / UNITS, tolerance, drive) if parts[..., 2].any() else coarse
+    return coarse.ladders, fine.ladders
 
 
 def parts_of(lengths: FloatArray, period: float) -> npt.NDArray[np.int64]:
