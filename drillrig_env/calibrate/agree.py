@@ -10,9 +10,9 @@ from scipy.stats import norm
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.calibration import Calibration
-from drillrig_env.calibrate.fit import Best, fit, weights_of
+from drillrig_env.calibrate.fit import Best, fit
 from drillrig_env.calibrate.projection import Problem
-from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, spread_of
+from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, by_window, spread_of
 from drillrig_env.stepper.finite import NotFiniteError
 
 _CHANCE = 0.01
@@ -98,11 +98,9 @@ def _part(best: Best, numbers: list[int]) -> Best:
 def _step(part: Best) -> tuple[FloatArray, Spread]:
     """Where one step of least squares takes the parameters of a fit with a part of its records, and how certainly."""
     beforehand = part.problem.unknowns.deviations
-    curvature, pull = np.diag(beforehand**-2), part.logs / beforehand**2
-    for J, r in zip(part.derivatives, part.residuals, strict=True):
-        weight = weights_of(r)
-        pull = pull + np.einsum("nij,ni->j", J, weight * r)
-        curvature = curvature + np.einsum("nij,ni,nik->jk", J, weight, J)
+    scores, curvatures = by_window(part)
+    pull = part.logs / beforehand**2 + scores.sum(axis=0)
+    curvature = np.diag(beforehand**-2) + curvatures.sum(axis=0)
     return part.logs - np.linalg.solve(curvature, pull), spread_of(part)
 
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.calibration import DRAWS, Calibration
-from drillrig_env.calibrate.fit import FARTHEST, Best, soft, weights_of
-from drillrig_env.calibrate.spread import Spread
+from drillrig_env.calibrate.fit import FARTHEST, Best, soft
+from drillrig_env.calibrate.spread import Spread, by_window
 from drillrig_env.calibrate.workers import Workers
 from drillrig_env.extras import missing
 from drillrig_env.parameters import COUNT, checked
@@ -205,9 +205,8 @@ def draw_words(calibration: Calibration) -> list[str]:
 
 def temper_of(best: Best, spread: Spread) -> float:
     """How many times larger the variances of what is determined are than those of least squares, in mean; >= 1."""
-    curvature = np.diag(best.problem.unknowns.deviations**-2)
-    for J, r in zip(best.derivatives, best.residuals, strict=True):
-        curvature = curvature + np.einsum("nij,ni,nik->jk", J, weights_of(r), J)
+    _, curvatures = by_window(best)
+    curvature = np.diag(best.problem.unknowns.deviations**-2) + curvatures.sum(axis=0)
     known = np.flatnonzero(spread.determined)
     if not len(known):
         return 1.0

@@ -61,12 +61,7 @@ class Spread:
 def spread_of(best: Best) -> Spread:
     """The spread of the parameters of a fit to at least `LEAST_WINDOWS` windows."""
     beforehand = best.problem.unknowns.deviations
-    scores, curvatures = [], []
-    for J, r in zip(best.derivatives, best.residuals, strict=True):
-        weight = weights_of(r)
-        scores.append(np.einsum("nij,ni->nj", J, weight * r))
-        curvatures.append(np.einsum("nij,ni,nik->njk", J, weight, J))
-    score, curvature = np.concatenate(scores), np.concatenate(curvatures)
+    score, curvature = by_window(best)
     n = len(score)
     total = curvature.sum(axis=0) + np.diag(beforehand**-2)
     inverse = np.linalg.inv(total)
@@ -78,6 +73,16 @@ def spread_of(best: Best) -> Spread:
     seen = np.sqrt(np.diag(covariance)) < _KNOWN * beforehand
     determined = np.logical_and(seen, tells(curvature.sum(axis=0), beforehand))
     return Spread(covariance, determined, n)
+
+
+def by_window(best: Best) -> tuple[FloatArray, FloatArray]:
+    """How each of n windows pulls at the parameters, shape (n, names), and what it tells of them, (n, names, names)."""
+    scores, curvatures = [], []
+    for J, r in zip(best.derivatives, best.residuals, strict=True):
+        weight = weights_of(r)
+        scores.append(np.einsum("nij,ni->nj", J, weight * r))
+        curvatures.append(np.einsum("nij,ni,nik->njk", J, weight, J))
+    return np.concatenate(scores), np.concatenate(curvatures)
 
 
 def tells(curvature: FloatArray, beforehand: FloatArray) -> FloatArray:
