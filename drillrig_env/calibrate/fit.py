@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.calibrate.circuit import circuit_of
 from drillrig_env.calibrate.kept import Ended
 from drillrig_env.calibrate.projection import FREE, Problem
 from drillrig_env.calibrate.search import Search
@@ -56,6 +57,7 @@ def fit(
 ) -> Best:
     """Fit from `starts` starts, the first at the unknowns' own values or at `begin`, the others drawn around by `seed`.
 
+    Without `begin` the second has the motor's circuit and speed loop as the records tell them, where they do.
     `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
     for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
     away from every start. Ctrl-C ends the starts, and the last fit goes on with the best so far; another one ends that.
@@ -66,6 +68,9 @@ def fit(
     narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
     drawn[0] = 0.0
     places = drawn * narrow if begin is None else np.clip(begin + drawn * narrow, -_INSIDE, _INSIDE)
+    circuit = circuit_of(problem.windows, problem.unknowns) if begin is None else None
+    if circuit is not None:
+        places[1:2] = circuit
     done: list[tuple[int, Ended]] = []
     stopped = False
     try:
