@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python train.py") 
     try:
         folder = _go_on(parser, given) if "resume" in given else _begin(given)
     except (ValueError, ImportError, FileNotFoundError) as error:
-        parser.error(str(error))
+        parser.error(error)
     print(f"run folder: {folder}")
 
 

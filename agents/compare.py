@@ -75,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         compare(_named(settings, chosen.settings), chosen.seeds, chosen.rigs, kept, runs, chosen.threads)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     except KeyboardInterrupt as stop:
         stop.add_note(f"what was finished is in {output}; to go on with all: {line}")
         raise

@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         late = noise_and_delay.read_shares(chosen.docs)
         text = _written(chosen.docs, found, stored, late)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     if chosen.check:
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
             raise Failed(f"{path} is out of date; run: {COMMAND}")

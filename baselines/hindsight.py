@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         suite = tuning_suite("default", chosen.rigs)
         settings = settings_around(chosen.controller, chosen.sensors, chosen.settings, chosen.seed)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     with Progress(chosen.controller, parts=1) as progress:
         hardness, mitigated = tried(chosen.controller, chosen.sensors, settings, suite, progress)
     print(in_words(hardness, mitigated))

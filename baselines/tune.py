@@ -179,7 +179,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         read_record(output)
         tries = Tries(output.with_suffix(".tries.json"), {**settings, "start": start}, chosen.resume)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     check_writable_file(output)
     try:
         with _Shown(chosen.controller, chosen.budget) as shown:

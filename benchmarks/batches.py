@@ -209,7 +209,7 @@ def main() -> None:
     try:
         wanted = asked_for(BATCH_PEERS, arguments.only)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     missing = left_out(BATCH_PEERS)
     for hint in missing:
         note(hint)

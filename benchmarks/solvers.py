@@ -172,7 +172,7 @@ def main() -> None:
     try:
         wanted = chosen(arguments.only, arguments.quick)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     use_one_core()
     missing = left_out(PEERS)
     for hint in missing:

@@ -126,7 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         coarse = period_and_peak(run.time, run.bit_speed)
         fine = period_and_peak(times, chain.bit_speed(chosen.speed_reference, times))
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     rows = [
         (name, f"{three:.3f} {unit}", f"{many:.3f} {unit}", f"{three / many - 1.0:+.1%}")
         for name, unit, three, many in zip(("period", "peak of the bit"), ("s", "rad/s"), coarse, fine, strict=True)

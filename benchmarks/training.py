@@ -173,7 +173,7 @@ def main() -> None:
             check_cores(cores)
         left = plan(arguments.algorithms, arguments.cores, arguments.seeds, arguments.repeats, arguments.quick)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     runs: list[dict[str, Any]] = []
 
     def tell() -> None:

@@ -108,7 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             print(shares(chosen.shares))
         except (ValueError, OSError, KeyError) as error:
-            parser.error(str(error))
+            parser.error(error)
         return 0
     check_writable_file(chosen.page)
     text, begin = chosen.page.read_text(encoding="utf-8"), time.monotonic()

@@ -133,7 +133,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         try:
             print(beside_truth(Posterior.from_folder(chosen.beside)))
         except (ValueError, FileNotFoundError) as error:
-            parser.error(str(error))
+            parser.error(error)
         return 0
     check_writable(chosen.output)
     for name, text in files().items():

@@ -45,9 +45,10 @@ class Parser(argparse.ArgumentParser):
         settings = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False, **settings}
         super().__init__(*args, **settings)
 
-    def error(self, message: str) -> NoReturn:
-        """End with code 2 and a sentence that says what is not allowed."""
-        self.exit(BAD_ARGUMENTS, f"{self.prog}: error: {message}\nhelp: {self.prog} --help\n")
+    def error(self, message: str | Exception) -> NoReturn:
+        """End with code 2 and a sentence that says what is not allowed, or what the error says."""
+        said = message if isinstance(message, str) else sentence_of(message)
+        self.exit(BAD_ARGUMENTS, f"{self.prog}: error: {said}\nhelp: {self.prog} --help\n")
 
     def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """The arguments; an unknown flag ends with code 2 and the closest known one."""
@@ -66,6 +67,13 @@ class Parser(argparse.ArgumentParser):
         """Refuse what is not among an argument's choices, with the closest of them."""
         if action.choices is not None and value not in action.choices:
             raise argparse.ArgumentError(action, f"{value!r} is not known; {closest(str(value), action.choices)}")
+
+
+def sentence_of(error: Exception) -> str:
+    """What an error says, that of a file without its number: "my.csv: no such file or directory"."""
+    if isinstance(error, OSError) and error.strerror and error.filename is not None:
+        return f"{os.fspath(error.filename)}: {error.strerror.lower()}"
+    return str(error) or type(error).__name__
 
 
 def command(main: Callable[P, int | None]) -> Callable[P, int]:
@@ -94,7 +102,7 @@ def command(main: Callable[P, int | None]) -> Callable[P, int]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return FAILED
         except (OSError, Failed, FloatingPointError, MemoryError) as error:
-            _say("; ".join([f"error: {str(error) or type(error).__name__}", *getattr(error, "__notes__", ())]))
+            _say("; ".join([f"error: {sentence_of(error)}", *getattr(error, "__notes__", ())]))
             return FAILED
 
     return run

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from drillrig_env.command_line import Failed, Parser, Terminated, command
+from drillrig_env.command_line import Failed, Parser, Terminated, command, sentence_of
 
 STOPPED = """
 import signal, sys
@@ -122,3 +122,21 @@ def test_a_process_that_is_stopped_ends_with_its_note_and_code(name, code, by):
     ended = subprocess.run([sys.executable, "-c", script, name], capture_output=True, text=True)
     assert ended.returncode == code
     assert ended.stderr == f"stopped by {by}; two of three are kept\n"
+
+
+def test_a_file_that_cannot_be_read_is_named_first(tmp_path, parser, capsys):
+    with pytest.raises(FileNotFoundError) as missing:
+        open(tmp_path / "my.csv")
+    assert sentence_of(missing.value) == f"{tmp_path / 'my.csv'}: no such file or directory"
+    assert sentence_of(OSError("no space is left")) == "no space is left"
+    assert sentence_of(MemoryError()) == "MemoryError"
+    with pytest.raises(SystemExit):
+        parser.error(missing.value)
+    assert capsys.readouterr().err.startswith(f"python eval.py: error: {tmp_path / 'my.csv'}: no such file")
+
+    @command
+    def main():
+        raise missing.value
+
+    assert main() == 1
+    assert "Errno" not in capsys.readouterr().err

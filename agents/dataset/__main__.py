@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         players = find_players(recipe)
         folders = free_folders(recipe, players)
     except (ValueError, ImportError, FileExistsError) as error:
-        parser.error(str(error))
+        parser.error(error)
     try:
         make(recipe, players, folders, line)
     except KeyboardInterrupt as stop:

@@ -40,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in shipped():  # a card tells of the other agents, too
             print(write_card(name).resolve())
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
 
 
 def add_action_zero(folder: Path) -> None:

@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in chosen.names:
             print(write_card(name).resolve())
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
 
 
 def write_card(name: str, trained: Path = TRAINED) -> Path:

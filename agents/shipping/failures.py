@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name in chosen.names:
             print(write_failures(name, chosen.rigs).resolve())
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
 
 
 def write_failures(name: str, rigs: int = RIGS, trained: Path = TRAINED) -> Path:

@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         folder = ship(chosen.folder, chosen.name, chosen.rigs, names, chosen.results, command=made_by)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     print(f"seed {read_config(folder)['seed']} is shipped: {folder}")
 
 

@@ -95,7 +95,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
         if kept is not None:
             kept.remove()
     except (ValueError, ImportError, OSError, NotFiniteError) as error:
-        parser.error(str(error))
+        parser.error(error)
     return 0
 
 

@@ -204,7 +204,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
             write_comparison(options.output, record, simulated)
             print(f"measured and simulated signals: {options.output.resolve()}")
     except (ValueError, FileNotFoundError, IsADirectoryError) as error:
-        parser.error(str(error))
+        parser.error(error)
     return 0
 
 

@@ -120,7 +120,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
                 f"--reference {reference} is not among the policies that compete; {closest(reference, names)}"
             )
     except (ValueError, ImportError, FileNotFoundError) as error:
-        parser.error(str(error))
+        parser.error(error)
     if not contestants:
         return FAILED
     config = config_of(conditions, suites, contestants, drillrig_env.__version__, line, reference)
@@ -130,7 +130,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         try:
             results, histories = begin(chosen.output, config, chosen.resume, chosen.overwrite, _warn)
         except ValueError as error:
-            parser.error(str(error))
+            parser.error(error)
         failures += _run(suites, contestants, results, histories, chosen)
         if results.scores:
             results.estimates = all_estimates(results.scores, reference)

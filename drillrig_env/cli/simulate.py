@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
     try:
         run = simulate(options.rig, normal_force=options.normal_force, **chosen)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     if taken := _taken(usual, given):
         print(f"{usual.whose}: {', '.join(taken)}")
     print(_ending(run))
@@ -80,7 +80,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig simulate"
         try:
             from drillrig_env.plots.run import save_run
         except ImportError as error:
-            parser.error(str(error))
+            parser.error(error)
         save_run(run, options.picture)
         print(f"picture: {options.picture.resolve()}")
     return 0

@@ -100,7 +100,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
         try:
             supervisor = Supervisor(chosen.policy)
         except ValueError as error:
-            parser.error(str(error))
+            parser.error(error)
         rig, instant = DryRig(number), Instant()
         clock, sleep = (time.perf_counter, time.sleep) if chosen.real else (instant, instant.sleep)
         timing = run_loop(

@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig export") 
         policy = policy_to_export(chosen.policy, chosen.sensors, **made)
         export(policy, out, Path(chosen.policy).name)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     except ImportError as error:
         raise Failed(str(error)) from error
     difference = largest_difference(policy, out, chosen.episodes)

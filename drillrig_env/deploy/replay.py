@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig replay") 
     try:
         found = replay_log(chosen.log, chosen.policy, chosen.other)
     except (ValueError, TypeError) as error:
-        parser.error(str(error))
+        parser.error(error)
     print(f"{chosen.log}: {found.steps - found.differing} of {found.steps} commands are the same to the last bit")
     typical, longest = (found.timing.percentile(share)[1] for share in (50.0, 99.0))
     print(f"a control step took {1e3 * typical:.3f} ms in the median, {1e3 * longest:.3f} ms in 99 % here")

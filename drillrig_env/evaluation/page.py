@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             take_in(folder, chosen.docs)
         text = page(chosen.docs)
     except ValueError as error:
-        parser.error(str(error))
+        parser.error(error)
     draw_pictures(chosen.docs)
     write_text(chosen.docs / "results.md", text)
     print((chosen.docs / "results.md").resolve())

@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     try:
         from drillrig_env.plots.figures import FIGURES, write
     except ImportError as error:
-        parser.error(str(error))
+        parser.error(error)
     for name in options.only or ():
         if name not in FIGURES:
             parser.error(f"--only: figure {name!r} is not known; {closest(name, FIGURES)}")

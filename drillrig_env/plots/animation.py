@@ -150,7 +150,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
     try:
         number = save(Film(**{**given_fields(options, Film), "rig": options.rig}), options.output)
     except (ValueError, ImportError) as error:
-        parser.error(str(error))
+        parser.error(error)
     print(f"{options.output}: {number} frames, {options.output.stat().st_size / 1e6:.1f} MB")
     return 0
 
