@@ -126,7 +126,7 @@ def test_a_process_that_is_stopped_ends_with_its_note_and_code(name, code, by):
 
 def test_a_file_that_cannot_be_read_is_named_first(tmp_path, parser, capsys):
     with pytest.raises(FileNotFoundError) as missing:
-        open(tmp_path / "my.csv")
+        (tmp_path / "my.csv").read_text()
     assert sentence_of(missing.value) == f"{tmp_path / 'my.csv'}: no such file or directory"
     assert sentence_of(OSError("no space is left")) == "no space is left"
     assert sentence_of(MemoryError()) == "MemoryError"
