@@ -105,6 +105,8 @@ class EpisodeBatch(PlaysTask):
         if task.scenario.friction.law != law:
             allowed = f"{law!r}, that of the episodes under way; make an environment for another"
             raise refuse("DrillRig", "law of the scenario's friction", repr(task.scenario.friction.law), "", allowed)
+        if self.critic is not None:
+            self.critic.check(task.scenario)
         bank, places = self._bank.moved(task, self.episodes["rig"][~self.ended])
         self._move(bank, places)
         self._task = task
@@ -238,6 +240,10 @@ class EpisodeBatch(PlaysTask):
             return advance
         return lambda: advance() + own.add_to(self.episodes, actions)
 
+    def bound_show(self, shown: Observations) -> Callable[[], None] | None:
+        """A call that fills what a critic sees, `shown` (rigs, channels); None without one."""
+        return None if self.critic is None else self.critic.bound_show(self.episodes, self._settings, shown)
+
     def get_state(self, form: str = "EpisodeBatch", **own: Any) -> EnvironmentState:
         """Everything that the coming steps depend on; `own` is what the form of the environment adds to it."""
         episodes, past, seen = self.episodes.copy(), self._past.copy(), self.observations.copy()
@@ -246,6 +252,8 @@ class EpisodeBatch(PlaysTask):
     def set_state(self, state: EnvironmentState) -> None:
         """Go on from a state, of any form. Raises `ValueError` for one of another task, length or number of rigs."""
         state.check(self._task, self._steps, self.episodes)
+        if self.critic is not None:
+            self.critic.check(state.task.scenario)
         changed = state.task is not self._task
         if changed or state.guests != self._bank.guests:
             self._take(RigBank.of(state.task, state.guests))
@@ -253,10 +261,10 @@ class EpisodeBatch(PlaysTask):
         self._order_by_rig()
         self._past[:] = state.past
         self.observations = state.observations.copy()
-        self._show()
         if changed:  # scenario, reward and slew limit may differ
             self._task = state.task
             self._write_settings()
+        self._show()
 
     @property
     def friction(self) -> Friction:
@@ -288,7 +296,7 @@ class EpisodeBatch(PlaysTask):
     def _show(self) -> None:
         """Let a critic, if there is one, see the episodes as they are."""
         if self.critic is not None:
-            self.critic.show(self.episodes)
+            self.critic.show(self.episodes, self._settings)
 
     def _order_by_rig(self) -> None:
         """Step the episodes of each rig one after the other."""

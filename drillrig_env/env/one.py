@@ -86,8 +86,7 @@ class OneRig(GymnasiumForm, gym.Env[Seen, npt.NDArray[np.float32]]):
     def _bind_step(self) -> None:
         """Make the call of a control step."""
         self._advance = self.core.bound_step(self._action, self._seen[None])
-        critic = self.core.critic
-        self._show = None if critic is None else critic.bound_show(self.core.episodes, self._shown)
+        self._show = self.core.bound_show(self._shown)
         self._bank, self._rewarded, self._course = self.core.bank, self.reward, self.core.course
         self._own = own_places(self.reward, self.scenario)
 

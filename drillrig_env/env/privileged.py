@@ -1,14 +1,16 @@
 """What a critic may see that no policy does: the exact state, the load, the friction, and which rig it is.
 
 With `privileged=True` an observation is a dictionary: "policy" is what it is otherwise, late and noisy as it is, and
-"privileged" has the channels of the sensors "state", exact and at once, what the episode drew, and of a fleet by how
-much its rig differs from the nominal one in whatever the fleet's rigs differ in. Everything is scaled to about +-1.
+"privileged" has the channels of the sensors "state", exact and at once, what the episode drew, how a tilted disc lies,
+and of a fleet by how much its rig differs from the nominal one in whatever the fleet's rigs differ in. Everything is
+scaled to about +-1.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
+from math import cos, sin
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,6 +19,7 @@ from gymnasium import spaces
 from drillrig_env.arrays import FloatArray, Observations, Records
 from drillrig_env.env.bank import RigBank
 from drillrig_env.env.kernel import measure, scratch
+from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.sensors import LIMIT, SENSORS, Channel
 from drillrig_env.env.task import Task
 from drillrig_env.jit.compiled import bound, compiled
@@ -53,7 +56,8 @@ class Privileged:
         low, high = task.delays
         width = (high - low) / 2.0 or 1.0
         delay = Channel("delay", "control steps", (low + high) / 2.0, width, 0.0, "by which measurements come late")
-        drawn = (*_drawn_at(task.scales), delay)
+        self._tilted = task.scenario.tilt is not None
+        drawn = (*_drawn_at(task.scales), delay, *_of_disc(task.scenario))
         self.parameters = _differing(bank)
         self._sizes = np.abs(_differences(bank.members.rigs, bank.nominal, self.parameters)).max(axis=0)
         rig = (
@@ -77,17 +81,25 @@ class Privileged:
         shares = _differences(bank.rigs, bank.nominal, self.parameters) / self._sizes
         self._rigs = np.asarray(np.clip(shares, -LIMIT, LIMIT), dtype=np.float32)
 
-    def show(self, episodes: np.ndarray) -> None:
-        """Fill `shown` from the records of the episodes."""
+    def check(self, scenario: Scenario) -> None:
+        """Raise `ValueError` for a scenario with a tilted disc where none is seen."""
+        if scenario.tilt is not None and not self._tilted:
+            raise ValueError(
+                "DrillRig: a tilted disc is not allowed: the privileged observation does not have its angle; make an "
+                "environment with it"
+            )
+
+    def show(self, episodes: np.ndarray, settings: np.ndarray) -> None:
+        """Fill `shown` from the records of the episodes, of EPISODE and SETTINGS."""
         self.shown = np.empty_like(self.shown)
-        show_episodes(*self._arguments(episodes, self.shown))
+        show_episodes(*self._arguments(episodes, settings, self.shown))
 
-    def bound_show(self, episodes: np.ndarray, shown: Observations) -> Callable[[], None]:
+    def bound_show(self, episodes: np.ndarray, settings: np.ndarray, shown: Observations) -> Callable[[], None]:
         """A call that fills `shown`, each time from these records and with the rigs that there are now."""
-        return bound(show_episodes, *self._arguments(episodes, shown))
+        return bound(show_episodes, *self._arguments(episodes, settings, shown))
 
-    def _arguments(self, episodes: np.ndarray, shown: Observations) -> tuple[np.ndarray, ...]:
-        return episodes, self._layout, self._drawn, self._rigs, shown, scratch()
+    def _arguments(self, episodes: np.ndarray, settings: np.ndarray, shown: Observations) -> tuple[np.ndarray, ...]:
+        return episodes, settings, self._layout, self._drawn, self._rigs, shown, scratch()
 
 
 def observation_space(channels: int, critic: Privileged | None) -> spaces.Space[Any]:
@@ -111,23 +123,31 @@ def seen_by(seen: Seen, rig: int | np.integer) -> Seen:
 
 @compiled
 def show_episodes(
-    episodes: Records, layout: Records, drawn: FloatArray, rigs: Observations, shown: Observations, scratch: Records
+    episodes: Records,
+    settings: Records,
+    layout: Records,
+    drawn: FloatArray,
+    rigs: Observations,
+    shown: Observations,
+    scratch: Records,
 ) -> None:
     """Fill the privileged part of n observations, `shown` of shape (n, channels).
 
-    `layout` is that of the sensors "state", `drawn` has offset and scale of the five numbers that follow, and `rigs`
-    what is then seen of each rig of the bank.
+    `layout` is that of the sensors "state", `drawn` has offset and scale of the five numbers that follow, or eight with
+    a tilted disc, and `rigs` what is then seen of each rig of the bank.
     """
-    values, first = scratch[0].values, layout.shape[0]
+    values, first, following = scratch[0].values, layout.shape[0], layout.shape[0] + drawn.shape[0]
     for n in range(episodes.shape[0]):
         episode = episodes[n]
         measure(episode, layout, values, shown[n])
-        numbers = (episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b, float(episode.delay))
-        for i in range(5):
+        angle = episode.turns * episode.state[7] + settings[0].tilt_phase
+        pressing = (episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b)
+        numbers = (*pressing, float(episode.delay), cos(angle), sin(angle), episode.turns)
+        for i in range(drawn.shape[0]):
             scaled = (numbers[i] - drawn[i, 0]) / drawn[i, 1]
             shown[n, first + i] = min(max(scaled, -LIMIT), LIMIT)
         for i in range(rigs.shape[1]):
-            shown[n, first + 5 + i] = rigs[episode.rig, i]
+            shown[n, following + i] = rigs[episode.rig, i]
 
 
 def _drawn_at(scales: Scales) -> tuple[Channel, ...]:
@@ -136,6 +156,19 @@ def _drawn_at(scales: Scales) -> tuple[Channel, ...]:
     return tuple(
         replace(channel, offset=float(channel.offset) * factor, scale=channel.scale * factor)
         for channel, factor in zip(_DRAWN, factors, strict=True)
+    )
+
+
+def _of_disc(scenario: Scenario) -> tuple[Channel, ...]:
+    """The channels of how a tilted disc lies; none where it turns true."""
+    if scenario.tilt is None:
+        return ()
+    low, high = min(scenario.tilt.turns), max(scenario.tilt.turns)
+    width = (high - low) / 2.0 or 1.0
+    return (
+        Channel("tilt_cosine", "", 0.0, 1.0, 0.0, "of m theta_1 + phi, by which N_1 is larger"),
+        Channel("tilt_sine", "", 0.0, 1.0, 0.0, "of m theta_1 + phi"),
+        Channel("tilt_turns", "", (low + high) / 2.0, width, 0.0, "m, how often N_1 varies as disc 1 turns once"),
     )
 
 

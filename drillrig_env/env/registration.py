@@ -13,14 +13,6 @@ from drillrig_env.seeds import TRAINING_FLEETS
 UNKNOWN = {"string": 2.0, "inertias": 2.0, "friction": 2.0, "motor": 1.1}
 """Factors within which a rig is unknown; see `drillrig_env.fleet.Fleet`."""
 
-DRIFT: dict[str, Any] = {
-    "spread": 0.0,
-    "wandering": {"deviation": 0.2, "time": 20.0},
-    "tilt": {"share": 0.1, "turns": (1, 2)},
-    "target_step": 1.0,
-}
-"""How the nominal rig drifts: what differs from the default scenario."""
-
 ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "DrillRig-v0": {"sensors": "state"},
     "DrillRigSurface-v0": {"sensors": "surface"},
@@ -29,7 +21,7 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
         "delay": (1, 2),
         "scenario": {"spread": 0.0, "rigs": {"spread": UNKNOWN, "seed": TRAINING_FLEETS.start}},
     },
-    "DrillRigDrift-v0": {"sensors": "surface", "delay": (1, 2), "scenario": DRIFT},
+    "DrillRigDrift-v0": {"sensors": "surface", "delay": (1, 2), "scenario": "drift"},
 }
 """The registered environments, and the arguments in which they differ."""
 

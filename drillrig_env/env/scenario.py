@@ -111,7 +111,7 @@ class Scenario:
 
     @classmethod
     def named(cls, scenario: str | Mapping[str, Any] | Scenario, scales: Scales | None = None) -> Scenario:
-        """A preset by name ("nominal", "default", "wide"), changes to the default one, or the scenario itself.
+        """A preset by name ("nominal", "default", "wide", "drift"), changes to the default one, or the scenario itself.
 
         Presets, and what is not changed of the default one, are those of a rig with these `scales`. `ValueError` for
         an unknown name or field.
@@ -164,7 +164,9 @@ PRESETS: dict[str, Scenario] = {
     "nominal": Scenario(normal_force=(10.0, 10.0), spread=0.0, load_step=0.0),
     "default": Scenario(),
     "wide": Scenario(normal_force=(2.0, 40.0), spread=0.4),
+    "drift": Scenario(spread=0.0, wandering=Wandering(0.2, 20.0), tilt=Tilt(0.1, (1, 2)), target_step=1.0),
 }
+"""Scenarios by name, on the chapter's rig."""
 
 
 @lru_cache(maxsize=64)

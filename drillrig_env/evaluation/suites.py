@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from drillrig_env.env.registration import DRIFT, UNKNOWN
+from drillrig_env.env.registration import UNKNOWN
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.fleet import Fleet
 from drillrig_env.friction import Friction
@@ -159,7 +159,7 @@ def drift_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     return Suite(
         "drift",
         f"friction wanders, the disc is tilted, the target steps; calm below an index of {MOVING_INDEX}",
-        Scenario.named(DRIFT).at(scales),
+        Scenario.named("drift", scales),
         _sticking(rigs),
         {"noise": 1.0, "delay": (1, 2)},
         scales=scales,

@@ -223,3 +223,44 @@ def test_a_rig_with_scales_of_its_own_shows_its_critic_the_same():
     envs = [gym.make("DrillRig-v0", rig=each, privileged=True) for each in (rig, slow)]
     first, second = (env.reset(seed=4)[0]["privileged"] for env in envs)
     np.testing.assert_allclose(first[12:], second[12:], atol=1e-6)
+
+
+TILTED = Scenario(tilt={"share": 0.3, "turns": (2, 5), "phase": 0.4})
+
+
+def test_a_critic_sees_how_a_tilted_disc_lies():
+    env = gym.make_vec("DrillRig-v0", num_envs=6, privileged=True, scenario=TILTED)
+    env.reset(seed=1)
+    for _ in range(20):
+        seen = env.step(np.tile(PUSH, (6, 1)))[0]
+    episodes, found = env.core.episodes, by_name(env, seen)
+    angle = episodes["turns"] * episodes["state"][:, 7] + 0.4
+    np.testing.assert_allclose(found["tilt_cosine"], np.cos(angle), atol=1e-6)
+    np.testing.assert_allclose(found["tilt_sine"], np.sin(angle), atol=1e-6)
+    assert set(found["tilt_turns"].tolist()) == {-1.0, 1.0}
+    np.testing.assert_array_equal(found["tilt_turns"], (episodes["turns"] - 3.5) / 1.5)
+
+
+def test_every_form_sees_the_same_disc():
+    arguments = {"privileged": True, "scenario": TILTED}
+    single = gym.make("DrillRig-v0", **arguments)
+    vector = gym.make_vec("DrillRig-v0", num_envs=1, **arguments)
+    first, (many, _) = single.reset(seed=4)[0], vector.reset(seed=4)
+    for _ in range(3):
+        np.testing.assert_array_equal(first["privileged"], many["privileged"][0])
+        first, many = single.step(PUSH)[0], vector.step(PUSH[None])[0]
+
+
+def test_a_disc_may_be_tilted_otherwise_but_not_where_none_is_seen():
+    env = gym.make("DrillRig-v0", privileged=True, scenario=TILTED).unwrapped
+    env.reset(seed=0)
+    env.change(scenario=Scenario(tilt={"share": 0.3, "turns": 2, "phase": 1.4}))
+    seen = by_name(env, env.step(PUSH)[0])
+    episode = env.core.episodes[0]
+    assert seen["tilt_cosine"] == pytest.approx(np.cos(episode["turns"] * episode["state"][7] + 1.4), abs=1e-6)
+    state, plain = env.get_state(), gym.make("DrillRig-v0", privileged=True).unwrapped
+    plain.reset(seed=0)
+    for tilt in (lambda: plain.change(scenario=TILTED), lambda: plain.set_state(state)):
+        with pytest.raises(ValueError, match="a tilted disc is not allowed: the privileged observation does not have"):
+            tilt()
+    assert plain.scenario.tilt is None

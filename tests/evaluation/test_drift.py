@@ -48,6 +48,13 @@ def test_episodes_are_those_of_the_environment_of_that_id_with_other_seeds():
     assert info["mu_k"] != before
 
 
+def test_another_rig_drifts_by_its_own_scales():
+    task, scales = gym.make("DrillRigDrift-v0", rig=FIELD).unwrapped.task, Scales.of(FIELD)
+    assert task.scenario.wandering.time == pytest.approx(20.0 * scales.time)
+    assert asdict(task.scenario) == asdict(suite("drift", 5, scales).scenario)
+    assert scales.time > 1.5
+
+
 def test_friction_wanders_about_the_nominal_one_by_a_fifth(begun):
     logarithms, rig = begun.episodes["logarithms"], begun.friction
     np.testing.assert_allclose(begun.episodes["coefficients"], np.broadcast_to([0.5, 0.306, 1.0], (400, 3)))
