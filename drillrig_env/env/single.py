@@ -142,7 +142,7 @@ class DrillRigEnv(OneRig):
     | Name | Default | Unit | Meaning | Allowed |
     |---|---|---|---|---|
     | `rig` | `Rig()` | | the rig | a `Rig`, a dictionary of changes to the chapter's, or a TOML file |
-    | `scenario` | `"default"` | | what an episode draws | `"nominal"`, `"default"`, `"wide"`, or a `Scenario` |
+    | `scenario` | `"default"` | | what an episode draws | `"nominal"`, `"default"`, `"wide"`, `"drift"`, a `Scenario` |
     | `sensors` | by id | | what is seen | `"state"`, `"encoders"`, `"surface"`, or names of channels |
     | `noise` | by sensors | | noise of the measurements | 0 for none, 1 for the standard, or deviations by channel |
     | `delay` | by sensors | control steps | by which measurements come late | 0 to 10, or a range (low, high), drawn |

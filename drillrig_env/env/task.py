@@ -84,7 +84,7 @@ class Task:
     scenario: Scenario = parameter(
         "default",
         meaning="what an episode draws",
-        allowed=Made(Scenario.named, '`"nominal"`, `"default"`, `"wide"`, or a `Scenario`'),
+        allowed=Made(Scenario.named, '`"nominal"`, `"default"`, `"wide"`, `"drift"`, a `Scenario`'),
     )
     sensors: Sensors = parameter(
         factory=lambda: SENSORS["state"],
