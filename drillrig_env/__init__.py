@@ -10,7 +10,6 @@ env = gym.make("DrillRig-v0")
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from drillrig_env.starting import imports_begin, is_command
@@ -20,6 +19,7 @@ if is_command():
 
 # isort: split
 from drillrig_env.env.registration import ENVIRONMENTS, register_envs
+from drillrig_env.lazy import loaded_when_used
 from drillrig_env.moved import keep_former_names
 
 if TYPE_CHECKING:
@@ -91,17 +91,7 @@ _PLACES = {
 """Where public names come from; each is loaded when it is first used."""
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _PLACES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = import_module(_PLACES[name])
-    value = getattr(module, name, module)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_PLACES})
+__getattr__, __dir__ = loaded_when_used(__name__, _PLACES)
 
 
 def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig-v0", **kwargs: Any) -> DrillRigVecEnv:

@@ -21,6 +21,7 @@ FLOORS = [
         "extras",
         "progress",
         "starting",
+        "lazy",
         "moved",
         "modules",
         "jit",

@@ -55,7 +55,8 @@ class EndOfStickSlip:
 
     `kind` is "grazing" where the orbit no longer reaches the stick zone, at `fold_speed`; "fold" where it meets an
     unstable stick-slip orbit above that speed; "other" where it only loses its stability; "none", with NaN as `speed`,
-    where there is no stick-slip. Under another law than the exponential one, of which the grazing orbit is not known,
+    where there is no stick-slip. Below the end stick-slip may have doubled its period, as it does at heavy loads: there
+    p1 itself is unstable. Under another law than the exponential one, of which the grazing orbit is not known,
     it is "fold" also where the orbit turns back within a millionth of it. Both have one entry a rig for a batch of
     frictions.
     """

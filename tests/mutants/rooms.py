@@ -39,9 +39,14 @@ ROOMS = {
     "stability": Room(("drillrig_env/stability",), ("tests/stability",)),
     "evaluation": Room(("drillrig_env/evaluation",), ("tests/evaluation",)),
     "baselines": Room(("baselines",), ("tests/baselines",)),
+    "calibrate": Room(("drillrig_env/calibrate",), ("tests/calibrate",)),
+    "deploy": Room(("drillrig_env/deploy",), ("tests/deploy",)),
 }
 
 _LEFT_ALONE = (
+    "drillrig_env/calibrate/page.py",
+    "drillrig_env/calibrate/pictures",
+    "drillrig_env/calibrate/report.py",
     "drillrig_env/env/charts.py",
     "drillrig_env/env/rendering.py",
     "drillrig_env/evaluation/findings.py",
