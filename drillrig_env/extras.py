@@ -15,6 +15,7 @@ _EXTRA_OF = {
     "sb3_contrib": "agents",
     "torch": "agents",
     "yaml": "agents",
+    "asyncua": "opcua",
     "onnx": "export",
     "onnxruntime": "deploy",
     "matplotlib": "plot",

@@ -40,6 +40,7 @@ FLOORS = [
     ["evaluation"],
     ["calibrate", "validation"],
     ["deploy"],
+    ["twin"],
     ["cli"],
 ]
 """The rooms of `drillrig_env` from the ground up; those of one floor may not import each other, but for the ground."""

@@ -24,6 +24,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "evaluate": ("drillrig_env.cli.evaluate", "compare policies on the same random rigs"),
     "train": ("drillrig_env.cli.train", "train an agent (in a clone of the project)"),
     "export": ("drillrig_env.deploy.export", "write a law or a trained agent as one ONNX file, for hardware"),
+    "twin": ("drillrig_env.twin.command", "run a simulated rig in a process of its own, to connect to"),
+    "run": ("drillrig_env.deploy.run", "let a policy's file control a rig that is connected: real, or a twin"),
     "replay": ("drillrig_env.deploy.replay", "play the log of a controller through it again, to the last bit"),
     "animate": ("drillrig_env.plots.animation", "film a rig that sticks and slips until a policy frees it"),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +21,7 @@ class Event:
 
 
 class Events:
-    """The events so far; with `path` each is also written there, a line each, at once."""
+    """The events so far; with `path` each is also written there, a line each, at once, as long as that can be done."""
 
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = None if path is None else Path(path)
@@ -31,7 +32,7 @@ class Events:
         event = Event(time, state, kind, reason)
         self.kept.append(event)
         if self.path is not None:
-            with self.path.open("a", encoding="utf-8") as file:
+            with suppress(OSError), self.path.open("a", encoding="utf-8") as file:
                 file.write(f"{event}\n")
 
     def of(self, kind: str) -> list[Event]:

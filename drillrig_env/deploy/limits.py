@@ -8,6 +8,10 @@ from typing import Any
 
 from drillrig_env.allowed import Made, Text
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, check_fields, parameter, refuse
+from drillrig_env.scales import Scales
+
+_LEVEL_OF_CURRENT, _LEVEL_OF_TORQUE = 1.3, 0.3  # A and N m: of the chapter's rig in steady rotation
+_TIMES = ("overload_time", "stale", "hold_time", "fallback_time", "sound_time")
 
 
 def _read_ranges(ranges: Any) -> dict[str, tuple[float, float]]:
@@ -23,7 +27,7 @@ def _read_ranges(ranges: Any) -> dict[str, tuple[float, float]]:
 
 @dataclass(frozen=True)
 class Limits:
-    """What a `Supervisor` keeps. Set them for the rig at hand: the defaults are the chapter rig's.
+    """What a `Supervisor` keeps. Set them for the rig at hand: the defaults are the chapter rig's; see `for_policy`.
 
     Raises `ValueError` for a value that is not allowed.
     """
@@ -57,6 +61,27 @@ class Limits:
         if not self.safe_speed <= self.highest_reference:
             allowed = f"<= highest_reference = {self.highest_reference:g}"
             raise refuse("Limits", "safe_speed", self.safe_speed, "rad/s", allowed)
+
+    @classmethod
+    def for_policy(cls, about: Mapping[str, Any], **given: Any) -> Limits:
+        """The limits of the rig that a policy's file is for, with those that are `given` in their place.
+
+        `about` is that of a `PolicyFile`. Range and rate are the policy's, all else grows with the rig's scales (three
+        digits are kept); on the chapter's rig it is the defaults. `ValueError` for a value that is not allowed.
+        """
+        highest = float(about["speed_reference"]["high"])
+        scales, own = Scales.of(about["rig"], highest), cls()
+        grown = {
+            "top_speed": own.top_speed * scales.speed,
+            "current": _LEVEL_OF_CURRENT * scales.current + (own.current - _LEVEL_OF_CURRENT) * scales.current_swing,
+            "torque": _LEVEL_OF_TORQUE * scales.load + (own.torque - _LEVEL_OF_TORQUE) * scales.torque,
+            "safe_speed": own.safe_speed * scales.speed,
+            "ramp": own.ramp * scales.rate,
+            **{name: getattr(own, name) * scales.time for name in _TIMES},
+        }
+        rounded = {name: float(f"{value:.3g}") for name, value in grown.items()}
+        rate = float(about["slew_limit"]["value"])
+        return cls(**{"highest_reference": highest, "rate": rate, **rounded, **given})
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name, for files."""

@@ -20,9 +20,13 @@ row a control step; numbers are written so that they are read back to the last b
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
+from errno import ENOSPC
+from os import strerror
 from pathlib import Path
 from typing import Any
 
@@ -50,12 +54,14 @@ class Row:
 class Log:
     """Writes the log of a supervisor that has just been started, a row at once; to be used in a `with` block.
 
-    `measurements` are those that it was started with. Raises `OSError` where the file cannot be written.
+    `measurements` are those that it was started with. Raises `OSError` where the file cannot be begun; `failed` says
+    why it ended before its time, empty where it has not.
     """
 
     def __init__(self, path: str | Path, supervisor: Supervisor, measurements: Mapping[str, Any]) -> None:
-        self.supervisor = supervisor
-        self._file = Path(path).open("w", encoding="utf-8", newline="")  # noqa: SIM115  # closed at the end of the block
+        self.supervisor, self.path = supervisor, path
+        self._file = Path(path).open("wb", buffering=0)  # noqa: SIM115  # closed at the end of the block
+        self._whole, self.failed = 0, ""
         policy = supervisor.controller.file
         about = {
             "policy": str(policy.about["name"]),
@@ -67,13 +73,15 @@ class Log:
             "target": supervisor.target,
             "measurements": {name: _plain(value) for name, value in measurements.items()},
         }
-        self._file.write(f"# {json.dumps(about)}\n")
         self._channels = tuple(supervisor.channels)
         units = [supervisor.controller.channels.get(name, "N m") for name in self._channels]
         names = [f"{name} [{unit}]" for name, unit in zip(self._channels, units, strict=True)]
-        self._writer = csv.writer(self._file, lineterminator="\n")
-        self._writer.writerow(["time [s]", *names, *_AFTER])
         self._told = len(supervisor.events.kept)
+        try:
+            self._append(f"# {json.dumps(about)}\n" + _line(["time [s]", *names, *_AFTER]))
+        except OSError:
+            self._file.close()
+            raise
 
     def __enter__(self) -> Log:
         return self
@@ -82,12 +90,33 @@ class Log:
         self._file.close()
 
     def write(self, row: Row, reference: float) -> None:
-        """Write a control step; `reference` (rad/s) is the one that the drive has from now on."""
+        """Write a control step; `reference` (rad/s) is the one that the drive has from now on.
+
+        Where the file cannot be written, as on a full disk, that is an event, and the log ends there with whole rows.
+        """
+        if self.failed:
+            return
+        try:
+            self._append(self._row(row, reference))
+        except OSError as error:
+            self.failed = f"{self.path} cannot be written: {(error.strerror or str(error)).lower()}"
+            with suppress(OSError):
+                self._file.truncate(self._whole)
+            self.supervisor.tell("log", f"{self.failed}; it ends here, the rig is controlled on")
+
+    def _append(self, text: str) -> None:
+        """Add whole lines, at once: what was done is told, whatever comes."""
+        content = text.encode()
+        if self._file.write(content) != len(content):
+            raise OSError(ENOSPC, strerror(ENOSPC), str(self.path))
+        self._whole += len(content)
+
+    def _row(self, row: Row, reference: float) -> str:
         events = self.supervisor.events.kept[self._told :]
         self._told += len(events)
         samples = {name: _plain(value) for name, value in row.measured.items() if hasattr(value, "__len__")}
         samples = {name: value for name, value in samples.items() if isinstance(value, list)}
-        self._writer.writerow(
+        return _line(
             [
                 _text(row.time),
                 *(_text(last_number(row.measured.get(name))) for name in self._channels),
@@ -102,19 +131,21 @@ class Log:
                 "; ".join(f"{event.kind}: {event.reason}" for event in events),
             ]
         )
-        self._file.flush()  # what was done is told, whatever comes
 
 
 def read_log(path: str | Path) -> tuple[dict[str, Any], Iterator[Row]]:
-    """How a log began, and its rows. `ValueError` where it is no log of this kind, or a row is damaged."""
+    """How a log began, and its rows. `ValueError` where it is no log of this kind, or a row is damaged.
+
+    A last row that a crash has cut short is left out.
+    """
     with Path(path).open(encoding="utf-8", newline="") as file:
-        first, *lines = file.read().split("\n") or [""]
+        first, *lines = file.read().split("\n")
     try:
         about = json.loads(first.removeprefix("# "))
         about["sha256"], about["limits"], about["measurements"]
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{path} is no log of a controller: its first line does not tell how it began") from error
-    return about, _rows(str(path), lines)
+    return about, _rows(str(path), lines[:-1])
 
 
 def _rows(source: str, lines: list[str]) -> Iterator[Row]:
@@ -136,6 +167,13 @@ def _rows(source: str, lines: list[str]) -> Iterator[Row]:
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise ValueError(f"{source}, line {number}: no row of a log ({error})") from error
+
+
+def _line(cells: list[str]) -> str:
+    """Cells as a line of CSV."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(cells)
+    return text.getvalue()
 
 
 def _text(number: float | None) -> str:

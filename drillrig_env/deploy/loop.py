@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import gc
 import time as system
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -22,6 +23,8 @@ from drillrig_env.allowed import COUNT
 from drillrig_env.deploy.log import Log, Row
 from drillrig_env.deploy.supervisor import Supervisor
 from drillrig_env.parameters import checked
+
+_KEPT = 100_000
 
 
 class Hardware(Protocol):
@@ -36,19 +39,26 @@ class Hardware(Protocol):
 
 @dataclass(frozen=True)
 class Operator:
-    """What the operator asks for in a control step: a stop with its reason, a restart, another target (rad/s)."""
+    """What the operator asks for in a control step: a stop with its reason, a restart, another target (rad/s).
+
+    With `leave` the loop ends before this step, with the drive as it is.
+    """
 
     stop: str = ""
     restart: bool = False
     target: float | None = None
+    leave: bool = False
 
 
 @dataclass
 class Timing:
-    """How punctual a loop was: how late each control step began, how long it took to decide, in s; beats left out."""
+    """How punctual a loop was: how late each control step began, how long it took to decide, in s; beats left out.
 
-    late: list[float] = field(default_factory=list)
-    took: list[float] = field(default_factory=list)
+    Of a long run it knows the last 100,000 steps.
+    """
+
+    late: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    took: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
     missed: int = 0
 
     def percentile(self, share: float) -> tuple[float, float]:
@@ -75,7 +85,7 @@ def run_loop(
     supervisor: Supervisor,
     rig: Hardware,
     *,
-    reference: float,
+    reference: float | Callable[[], float],
     target: float,
     steps: int,
     log: str | Path | None = None,
@@ -85,6 +95,9 @@ def run_loop(
     sleep: Callable[[float], None] = system.sleep,
 ) -> Timing:
     """Run a supervisor on a rig for a number of control `steps`, from the drive's `reference` to a `target` (rad/s).
+
+    `reference` may be what tells it, and is asked when all is ready: a watchdog that is armed by it waits for no more
+    than a control period.
 
     `log` is written as `drillrig_env.deploy.log` says; `operator` is asked in each step, by its number, what it wants.
     With `shadow`, which tells the reference (rad/s) that the drive has from somebody else, nothing is commanded, and
@@ -96,8 +109,9 @@ def run_loop(
     period, timing, beat = supervisor.controller.period, Timing(), 0
     with ExitStack() as opened, _no_pauses():
         first = rig.measure()
+        has = reference() if callable(reference) else reference
         begin = clock()
-        supervisor.start(reference, target, first, 0.0)
+        supervisor.start(has, target, first, 0.0)
         book = None if log is None else opened.enter_context(Log(log, supervisor, first))
         for step in range(count):
             beat += 1
@@ -111,6 +125,8 @@ def run_loop(
             measured = rig.measure()
             ages: Mapping[str, float] = rig.ages() if hasattr(rig, "ages") else {}
             wishes = None if operator is None else operator(step)
+            if wishes is not None and wishes.leave:
+                break
             decides = clock()
             done = serve(supervisor, wishes, measured)
             told = None if shadow is None else shadow()
@@ -138,7 +154,7 @@ def serve(supervisor: Supervisor, wishes: Operator | None, measured: Mapping[str
         try:
             supervisor.restart(measured)
         except ValueError as error:
-            supervisor.refuse(str(error))
+            supervisor.tell("refused", str(error))
         return "restart"
     return ""
 

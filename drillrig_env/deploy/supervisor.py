@@ -22,13 +22,13 @@ from typing import Any
 from drillrig_env.deploy.checks import Checks, last_number
 from drillrig_env.deploy.controller import TARGET, Controller
 from drillrig_env.deploy.events import Events
+from drillrig_env.deploy.fallback import Fallback
 from drillrig_env.deploy.limits import Limits
 from drillrig_env.deploy.overload import Overload
 from drillrig_env.parameters import refuse
 
 _ROUNDING = 1e-9  # s
 _EARLY, _LATE = 0.5, 3.0  # control periods between two steps, below and above which a step counts as a fault
-_TORQUE = "string_torque"
 _CLIPPED = 10.0  # scales of a channel beside its offset, where the policy sees no further
 
 
@@ -45,6 +45,8 @@ class State(StrEnum):
 class Supervisor:
     """A `Controller`, or a policy by name or file, that acts within `limits` and stands back in a fault.
 
+    Without `limits` they are those of the rig that the policy is for.
+
     Values are those of the controller's units, and must be SI: a controller with other `units` is refused.
     """
 
@@ -52,10 +54,10 @@ class Supervisor:
         self.controller = policy if isinstance(policy, Controller) else Controller(policy)
         if self.controller.units:
             raise refuse("Supervisor", "units of the controller", self.controller.units, "", "none: SI units")
-        self.limits = Limits() if limits is None else limits
+        self.limits = Limits.for_policy(self.controller.file.about) if limits is None else limits
         self.events = Events() if events is None else events
-        self.fallback = None if self.limits.fallback == "constant" else self._fallback(self.limits.fallback)
-        self.channels = tuple(dict.fromkeys((*self.controller.channels, *([] if self.fallback is None else [_TORQUE]))))
+        self.fallback = Fallback(self.limits.fallback, self.controller)
+        self.channels = tuple(dict.fromkeys((*self.controller.channels, *self.fallback.channels)))
         self._faults: Mapping[str, str] = {}
         self._checks = Checks(self.limits, self._ranges())
         self.state = State.STOPPED
@@ -63,7 +65,7 @@ class Supervisor:
         self._time: float | None = None
         self._since = self._sound = 0.0
         self._bottom = self.limits.safe_speed
-        self._fallback_runs = self._clipped = self._begins_anew = False
+        self._clipped = self._begins_anew = False
         self._overload = Overload(self.limits)
 
     def start(self, reference: float, target: float, measurements: Mapping[str, Any], time: float = 0.0) -> None:
@@ -100,9 +102,9 @@ class Supervisor:
         self._overload, self._bottom = Overload(self.limits), self.limits.safe_speed
         self._enter(State.NORMAL, "restart", f"from {self.reference:g} rad/s")
 
-    def refuse(self, reason: str) -> None:
-        """Keep as an event what the operator asked for and did not get."""
-        self._tell("refused", reason)
+    def tell(self, kind: str, reason: str) -> None:
+        """Keep as an event what befell the loop: "refused" that the operator did not get, "log" that cannot go on."""
+        self._tell(kind, reason)
 
     @property
     def time(self) -> float:
@@ -163,7 +165,7 @@ class Supervisor:
         if self.state is State.NORMAL:
             return self._act(measurements)
         if self.state is State.FALLBACK:
-            return self._fall_back(measurements, faults)
+            return self.fallback.step(measurements, faults, self.reference, self.target)
         if self.state is State.RAMP:
             if self.reference == self._bottom:
                 self._enter(State.STOPPED, "stopped", f"at {self._bottom:g} rad/s")
@@ -181,19 +183,6 @@ class Supervisor:
         except Exception as error:  # whatever it is, the rig turns on
             self._enter(State.HOLD, "fault", f"the policy failed: {str(error).splitlines()[0]}")
             return self.reference
-
-    def _fall_back(self, measurements: Mapping[str, Any], faults: Mapping[str, str]) -> float:
-        """What the fallback law wants; the target where its own measurement is at fault."""
-        torque = last_number(measurements.get(_TORQUE))
-        if self.fallback is None or torque is None or _TORQUE in faults:
-            self._fallback_runs = False
-            return self.target
-        shown = {**dict.fromkeys(self.fallback.channels, 0.0), _TORQUE: torque}  # the law reads the torque alone
-        if not self._fallback_runs:
-            self.fallback.start(self.reference, self.target, shown)
-            self._fallback_runs = True
-        self.fallback.target = self.target
-        return self.fallback.step(shown, reference=self.reference)
 
     def _within(self, wanted: float, period: float) -> float:
         """The wanted reference within range and rate, and no higher than it was under an overload."""
@@ -233,7 +222,7 @@ class Supervisor:
         earlier, self.state = self.state, state
         self._since = self._sound = self._now
         self._begins_anew = state is State.NORMAL and earlier in (State.HOLD, State.FALLBACK)
-        self._fallback_runs = False
+        self.fallback.rest()
         self._tell(kind, reason)
 
     def _tell(self, kind: str, reason: str) -> None:
@@ -242,16 +231,6 @@ class Supervisor:
     @property
     def _now(self) -> float:
         return 0.0 if self._time is None else self._time
-
-    def _fallback(self, policy: str) -> Controller:
-        """The fallback law. `ValueError` for another one than Z-torque, or one of another control period."""
-        law = Controller(policy)
-        if law.file.about["training"].get("law") != "ZTorque":
-            raise refuse("Limits", "fallback", repr(policy), "", "constant, z_torque, or a file of z_torque")
-        if law.period != self.controller.period:
-            allowed = f"{self.controller.period:g}, that of {self.controller.name}"
-            raise refuse("Limits", "control period of the fallback", law.period, "s", allowed)
-        return law
 
     def _read(self, measurements: Mapping[str, Any]) -> dict[str, Any]:
         """Of what was measured what the policy wants."""

@@ -7,6 +7,8 @@ from math import isfinite
 from drillrig_env.deploy.events import Events
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, checked
 
+_SHOWN = 40  # characters of a command that is refused
+
 
 class Watchdog:
     """Holds the last command, and takes over when none has come for `periods` control periods of `period` s.
@@ -33,6 +35,8 @@ class Watchdog:
         self.ramp = checked("Watchdog", "ramp", ramp, "rad/s^2", POSITIVE)
         self.events = Events() if events is None else events
         self.tripped = True  # until it is armed
+        self._bottom = self.fallback_speed
+        self._refuses = False
         self._reference = self._came = self._asked = 0.0
 
     def arm(self, reference: float, time: float) -> None:
@@ -42,15 +46,27 @@ class Watchdog:
         self.tripped = False
         self.events.add(time, "armed", "armed", f"at {reference:g} rad/s")
 
+    def release(self, time: float) -> None:
+        """End in order: the reference stays as it is, and no command is taken until it is armed again."""
+        self._look(time)
+        if not self.tripped:
+            self.tripped, self._bottom = True, self._reference
+            self.events.add(time, "released", "released", f"at {self._reference:g} rad/s")
+
     def command(self, reference: float, time: float) -> bool:
         """Take a command; whether it is taken."""
         self._look(time)
-        number = reference if isinstance(reference, float | int) else float("nan")
+        is_number = isinstance(reference, float | int) and not isinstance(reference, bool)
+        number = reference if is_number else float("nan")
         if self.tripped:
             return False
         if not (isfinite(number) and 0.0 <= number <= self.highest):
-            self.events.add(time, "armed", "refused", f"command {reference!r}; allowed: 0 to {self.highest:g} rad/s")
+            if not self._refuses:  # the first of several
+                reason = f"command {str(reference)[:_SHOWN]}; allowed: 0 to {self.highest:g} rad/s"
+                self.events.add(time, "armed", "refused", reason)
+            self._refuses = True
             return False
+        self._refuses = False
         self._reference, self._came = float(number), time
         return True
 
@@ -58,14 +74,14 @@ class Watchdog:
         """The speed reference (rad/s) for the drive now; to be asked for at every cycle of the drive's program."""
         self._look(time)
         passed, self._asked = time - self._asked, time
-        if self.tripped and self._reference > self.fallback_speed:
-            self._reference = max(self._reference - self.ramp * passed, self.fallback_speed)
+        if self.tripped and self._reference > self._bottom:
+            self._reference = max(self._reference - self.ramp * passed, self._bottom)
         return self._reference
 
     def _look(self, time: float) -> None:
         silent = time - self._came
         if not self.tripped and silent > self.periods * self.period * (1.0 + 1e-9):
-            self.tripped = True
+            self.tripped, self._bottom = True, self.fallback_speed
             self._asked = self._came + self.periods * self.period
             reason = f"no command for {silent:.3g} s, over {self.periods} periods; to {self.fallback_speed:g} rad/s"
             self.events.add(time, "tripped", "watchdog", reason)

@@ -8,8 +8,8 @@ import pytest
 
 from drillrig_env.calibrate.records import read_record
 from drillrig_env.deploy import Limits, Operator, State, Supervisor, Timing, read_log, replay_log, run_loop
-from drillrig_env.deploy.dry_run import DryRig
 from drillrig_env.deploy.replay import main
+from drillrig_env.twin.dry_run import DryRig
 
 pytest.importorskip("onnxruntime")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drillrig_env.deploy import Controller, Limits, State, Supervisor
-from drillrig_env.deploy.dry_run import DryRig
+from drillrig_env.twin.dry_run import DryRig
 
 pytest.importorskip("onnxruntime")
 

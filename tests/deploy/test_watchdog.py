@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 
 from drillrig_env.deploy import Supervisor, Watchdog, run_loop
-from drillrig_env.deploy.dry_run import DryRig, Instant
+from drillrig_env.twin.dry_run import DryRig, Instant
 
 
 def test_three_silent_periods_end_in_a_ramp():

@@ -1,9 +1,9 @@
 """A rig of the environment in the place of hardware, and a clock that does not wait: to try all but the wires.
 
-  python -m drillrig_env.deploy.dry_run lqg --rigs 60         # how many are calmed, what the supervisor had to do
-  python -m drillrig_env.deploy.dry_run lqg --real --steps 150    # at the system's time: how punctual it is
+  python -m drillrig_env.twin.dry_run lqg --rigs 60         # how many are calmed, what the supervisor had to do
+  python -m drillrig_env.twin.dry_run lqg --real --steps 150    # at the system's time: how punctual it is
 
-It needs the whole package, unlike the rest of this folder.
+Both keep to the names of `drillrig_env.deploy`; behind wires a rig is `drillrig twin`.
 """
 
 from __future__ import annotations
@@ -13,60 +13,31 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
 from drillrig_env.deploy.loop import run_loop
 from drillrig_env.deploy.supervisor import Supervisor
-from drillrig_env.env.core import EpisodeBatch
-from drillrig_env.env.generators import first_uniforms
 from drillrig_env.flags import of_kind
 from drillrig_env.seeds import VALIDATION_SEEDS
+from drillrig_env.twin.rig import PARTS, SimulatedRig
 
 
-class DryRig:
+class DryRig(SimulatedRig):
     """A rig of an episode with the instruments of the surface, noise and delay included; `Hardware` for `run_loop`.
 
-    `rig` is a number that draws load and start, as a seed does; `task` has arguments of the environment, such as
-    `rig=` and `sensors=`. `steps` is how many control steps it has done.
+    `number` draws load and start, as a seed does; `settings` are those of `SimulatedRig`, such as `sensors=` and
+    `rig=`. `steps` is how many control steps it has done.
     """
 
-    def __init__(self, number: int = 0, **task: Any) -> None:
-        self.core = EpisodeBatch(1, **{"sensors": "surface", **task})
-        self.core.reset(np.arange(1), first_uniforms(VALIDATION_SEEDS.start + number, 1))
+    def __init__(self, number: int = 0, **settings: Any) -> None:
+        super().__init__(VALIDATION_SEEDS.start + number, **settings)
         self.steps = 0
-
-    @property
-    def reference(self) -> float:
-        """The speed reference that the drive has, rad/s."""
-        return float(self.core.episodes["speed_reference"][0])
-
-    @property
-    def target(self) -> float:
-        """The speed target of the episode, rad/s."""
-        return float(self.core.episodes["speed_target"][0])
-
-    @property
-    def bit_speed_deviation(self) -> float:
-        """The running deviation of the bit speed, rad/s: how much it sticks and slips, which no surface shows."""
-        return float(np.sqrt(self.core.episodes["variance"][0]))
-
-    def measure(self) -> dict[str, Any]:
-        """What the instruments show, by channel."""
-        seen = self.core.sensors.values(self.core.observations)
-        own = ("speed_reference", "speed_target")
-        return {
-            name: float(value[0])
-            for name, value in seen.items()
-            if name not in own and not name.endswith(("_mean", "_deviation"))
-        }
 
     def command(self, speed_reference: float) -> None:
         """Give the drive a speed reference (rad/s), and let a control step pass."""
-        largest = self.core.slew_limit * self.core.control_period
-        action = np.clip((speed_reference - self.reference) / largest, -1.0, 1.0)
-        self.core.step(np.full((1, 1), action, np.float32))
+        self.reference = speed_reference
+        for _ in range(PARTS):
+            self.advance()
         self.steps += 1
 
 
@@ -86,7 +57,7 @@ class Instant:
 
 
 @command
-def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig_env.deploy.dry_run") -> None:
+def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig_env.twin.dry_run") -> None:
     """Parse the command line, run a supervised policy on simulated rigs, and say what happened."""
     parser = Parser(prog=prog, description=__doc__)
     parser.add_argument("policy", help="a shipped policy from the surface, or a file of one")
@@ -113,7 +84,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
             sleep=sleep,
         )
         kinds.update(event.kind for event in supervisor.events.kept if event.kind != "start")
-        calm += bool(rig.core.mitigated[0])
+        calm += rig.is_mitigated
     print(f"{chosen.policy}: {calm} of {chosen.rigs} rigs calm at the end; events: {dict(kinds) or 'none'}")
     if chosen.real:
         print(timing)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drillrig_env.deploy.dry_run import main
+from drillrig_env.twin.dry_run import main
 
 
 def test_a_dry_run_tells_of_its_rigs(capsys):

@@ -1,0 +1,49 @@
+"""What a rig has sent last, and how old that is by one's own clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+
+class Readings:
+    """The latest message of measurements of the rig at `address`; those that were overtaken underway are passed over.
+
+    A message has `time` (s of the rig's), `values` by channel, `reference` (rad/s) and `state`, and may have `ages`
+    (s). `same_clock` tells that this side goes by the rig's own clock. Otherwise the fastest message tells how far
+    the clocks are apart, and what is later than that is old.
+    """
+
+    def __init__(self, address: str, same_clock: bool = False) -> None:
+        self.address = address
+        self.fresh = False
+        self.values: Mapping[str, Any] = {}
+        self.reference = 0.0
+        self.armed_at: float | None = None
+        self._ages: Mapping[str, float] = {}
+        self._time = float("-inf")
+        self._same = same_clock
+        self._offset = 0.0 if same_clock else float("inf")
+
+    def take(self, message: Mapping[str, Any], clock: float) -> None:
+        """Take in a message that came at a time (s) of the own clock.
+
+        `ConnectionError` where the rig's watchdog has taken over since `armed_at`; `KeyError`, `TypeError` or
+        `ValueError` for what is no such message.
+        """
+        time, values, state = float(message["time"]), message["values"], message["state"]
+        reference, ages = float(message["reference"]), dict(message.get("ages", {}))
+        if not isinstance(values, Mapping):
+            raise TypeError("values are no object")
+        if not self._same:
+            self._offset = min(self._offset, clock - time)
+        if time <= self._time:
+            return
+        self._time, self.values, self.reference, self._ages, self.fresh = time, values, reference, ages, True
+        if self.armed_at is not None and time > self.armed_at and state == "tripped":
+            raise ConnectionError(f"the watchdog of {self.address} has taken over; it waits to be armed again")
+
+    def ages(self, clock: float) -> dict[str, float]:
+        """How old (s) the values are at a time (s) of the own clock, by channel."""
+        underway = max(0.0, clock - self._offset - self._time)
+        return {name: underway + self._ages.get(name, 0.0) for name in self.values}
