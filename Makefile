@@ -45,7 +45,7 @@ results: $(READY)  ## Every policy on every suite, and the page of results; abou
 	$(BIN)/python eval.py mppi --suite default --output results/state --no-pictures --overwrite
 	$(BIN)/python eval.py --output results/state --reference soft_torque --no-pictures --resume
 	$(BIN)/python eval.py --env DrillRigSurface-v0 --output results/surface --reference soft_torque --no-pictures --overwrite
-	$(BIN)/python -m drillrig_env.evaluation.page results/state results/surface
+	$(BIN)/python -m docs.make results readme --take-in results/state results/surface
 
 benchmark: $(READY)  ## Speed beside everything else that is installed, and the page of it; about an hour
 	$(BIN)/python -m benchmarks.solvers
@@ -55,7 +55,7 @@ benchmark: $(READY)  ## Speed beside everything else that is installed, and the 
 	$(BIN)/python -m benchmarks.training
 	$(BIN)/python -m benchmarks.stability
 	$(BIN)/python -m benchmarks.any_rig
-	$(BIN)/python -m benchmarks.page
+	$(BIN)/python -m docs.make performance --take-in results/benchmarks
 
 peers: $(READY)  ## What `make benchmark` compares with; one of them, numbalsoda, needs a Fortran compiler
 	$(PIP) $(CONSTRAIN) --editable '.[benchmark]'

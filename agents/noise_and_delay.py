@@ -4,7 +4,7 @@
     python -m agents.noise_and_delay --rigs 100  # roughly
 
 Beside every agent stand, on the same rigs and sensors, action 0, `lqg` as it comes, and `lqg` that is told the delay.
-The table and the picture go into the page of agents (`python -m agents.page`).
+The table and the picture go into the page of agents (`python -m docs.make agents`).
 """
 
 from __future__ import annotations

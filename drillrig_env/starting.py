@@ -15,7 +15,7 @@ from typing import Any
 
 from drillrig_env.extras import advice
 
-_PACKAGES = ("drillrig_env", "baselines", "agents", "benchmarks")
+_PACKAGES = ("drillrig_env", "baselines", "agents", "benchmarks", "docs")
 _STOPS = {signal.SIGINT: (b"stopped by Ctrl-C\n", 130), signal.SIGTERM: (b"stopped by SIGTERM\n", 143)}
 _earlier: dict[signal.Signals, Any] = {}
 

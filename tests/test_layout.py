@@ -45,7 +45,7 @@ FLOORS = [
 ]
 """The rooms of `drillrig_env` from the ground up; those of one floor may not import each other, but for the ground."""
 
-BUILDINGS = ["drillrig_env", "baselines", "agents", "benchmarks"]
+BUILDINGS = ["drillrig_env", "baselines", "agents", "benchmarks", "docs"]
 """Packages from the ground up."""
 
 FLOOR = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -35,7 +35,7 @@ def run(tmp_path, name, *words):
         ["train.py"],
         ["eval.py"],
         ["-m", "drillrig_env.cli", "evaluate"],
-        ["-m", "drillrig_env.validation"],
+        ["-m", "docs.make"],
         ["-m", "baselines.tune", "lqg"],
         ["-m", "agents.export", "ppo"],
         ["-m", "benchmarks.solvers"],

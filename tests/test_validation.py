@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from drillrig_env.validation import all_checks, page
-from drillrig_env.validation.__main__ import main
+from docs.make.__main__ import main
+from docs.make.validation import COMMAND, page
+from drillrig_env.validation import all_checks
 from drillrig_env.validation.check import number
-from drillrig_env.validation.page import COMMAND
 
 PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
 DIFFERENT = {
@@ -59,12 +59,13 @@ def test_a_number_out_of_tolerance_differs():
     assert far.difference == pytest.approx(0.2)
 
 
-def test_command_writes_the_page_and_explains_itself(tmp_path, capsys):
-    main(["--output", str(tmp_path / "page.md")])
-    assert (tmp_path / "page.md").read_text(encoding="utf-8") == page()
-    main([])
-    assert page() in capsys.readouterr().out
-    assert main(["--output", str(tmp_path)]) == 1
+def test_command_writes_the_page_and_checks_it(tmp_path, capsys):
+    words = ["validation", "--docs", str(tmp_path)]
+    assert main([*words, "--check"]) == 1
+    assert "out of date: validation; run: python -m docs.make validation" in capsys.readouterr().err
+    assert main(words) == 0
+    assert (tmp_path / "validation.md").read_text(encoding="utf-8") == page()
+    assert main([*words, "--check"]) == 0
     with pytest.raises(SystemExit):
         main(["--help"])
     assert "docs/validation.md" in capsys.readouterr().out

@@ -15,13 +15,10 @@ COMMANDS = [
     ("drillrig_env.cli.evaluate", "constant --output {}", "drillrig_env.evaluation.contest.run"),
     ("drillrig_env.plots.__main__", "--output {}", "drillrig_env.plots.figures.write"),
     ("drillrig_env.plots.animation", "--output {}/film.gif", "drillrig_env.plots.animation.save"),
-    ("drillrig_env.validation.__main__", "--output {}/page.md", "drillrig_env.validation.__main__.page"),
-    ("drillrig_env.evaluation.page", "--docs {}", "drillrig_env.evaluation.page.page"),
+    ("docs.make.__main__", "agents --docs {}", "docs.make.agents.page"),
     ("baselines.tune", "z_torque --output {}/tuned.json", "baselines.tune.search"),
-    ("agents.page", "--docs {}", "agents.page.page"),
     ("agents.compare", "ablations --output {}/found.json", "agents.compare.compare"),
     ("drillrig_env.deploy.export", "lqg --out {}/lqg.onnx", "drillrig_env.deploy.export.policy_to_export"),
-    ("benchmarks.page", "--output {}/page.md", "benchmarks.page.take_in"),
 ]
 
 

@@ -1,14 +1,10 @@
-"""Write the model cards of the shipped agents from what `agents.shipping.ship` left beside them.
-
-python -m agents.shipping.card           # all of them
-python -m agents.shipping.card ppo sac   # some
-"""
+"""The model cards of the shipped agents, from what `agents.shipping.ship` left beside them."""
 
 from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +14,13 @@ from agents.policy.action_zero import SAME_DRIVE
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import MODEL, TRAINED, load_policy, read_config, read_seeds, seeds_of, shipped
-from agents.shipping.named import add_names_argument
 from drillrig_env import markdown
-from drillrig_env.command_line import Parser, command
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, TABLES, Row, Table, stored_row
 from drillrig_env.files import write_text
 
-COMMAND = "python -m agents.shipping.card"
 CARD = "README.md"
 
 SHARED_DRAWS = (
@@ -52,19 +45,6 @@ while not over:
 print(info["is_success"])  # whether the last 10 s were calm and at the target
 """
 """How to load and run an agent of the name NAME."""
-
-
-@command
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the cards of all shipped agents or of those named."""
-    parser = Parser(prog=COMMAND, description=__doc__)
-    add_names_argument(parser)
-    chosen = parser.parse_args(arguments)
-    try:
-        for name in chosen.names:
-            print(write_card(name).resolve())
-    except ValueError as error:
-        parser.error(error)
 
 
 def write_card(name: str, trained: Path = TRAINED) -> Path:
@@ -265,7 +245,3 @@ def _number(value: float | None, digits: int) -> str:
 
 def _minutes(seconds: float | None) -> str:
     return "not recorded" if seconds is None else f"{seconds / 60:.1f}"
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

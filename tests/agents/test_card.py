@@ -41,13 +41,13 @@ def test_agent_without_its_seeds_is_refused(five_seeds, trained):
         card("sac", trained)
 
 
-def test_the_readme_has_the_training_times_of_the_card():
+def test_the_uses_have_the_training_times_of_the_card():
     minutes = [one["seconds"] / 60 for one in read_seeds(TRAINED / "ppo")["seeds"].values()]
-    readme = (TRAINED.parents[1] / "README.md").read_text(encoding="utf-8")
-    assert readme.count(f"{min(minutes):.0f} to {max(minutes):.0f} minutes") == 2
+    uses = (TRAINED.parents[1] / "docs" / "uses.md").read_text(encoding="utf-8")
+    assert f"{min(minutes):.0f} to {max(minutes):.0f} minutes" in uses
 
 
 @pytest.mark.parametrize("name", CARDS)
 def test_cards_in_the_package_are_up_to_date(name):
     written = (TRAINED / name / CARD).read_text(encoding="utf-8")
-    assert written == card(name), "out of date; run: python -m agents.shipping.card"
+    assert written == card(name), "out of date; run: python -m docs.make cards"

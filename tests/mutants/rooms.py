@@ -50,7 +50,6 @@ _LEFT_ALONE = (
     "drillrig_env/env/charts.py",
     "drillrig_env/env/rendering.py",
     "drillrig_env/evaluation/findings.py",
-    "drillrig_env/evaluation/page.py",
     "drillrig_env/evaluation/pictures",
     "drillrig_env/evaluation/provenance.py",
     "drillrig_env/evaluation/report.py",

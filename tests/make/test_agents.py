@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from agents.compared import SUITES
-from agents.page import AGENT, COMMAND, page
 from agents.pictures import draw_all
 from agents.pictures.one_rig import typical_rig
 from agents.pictures.phase_plane import observation, rates_on_plane
 from agents.policy.run_folder import TRAINED, read_seeds
 from agents.rivals import ahead
 from baselines import Constant
+from docs.make.agents import AGENT, COMMAND, page
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.evaluation.suites import suite
 from tests.evaluation.conftest import compare

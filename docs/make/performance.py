@@ -1,8 +1,4 @@
-"""Write docs/performance.md and its pictures from what the benchmarks have left.
-
-    python -m benchmarks.page                     # take in results/benchmarks, then write the page
-    python -m benchmarks.page docs/performance    # write it again from what was taken in before
-    python -m benchmarks.page --check             # only say whether the page is up to date
+"""docs/performance.md and its pictures, from what the benchmarks have left.
 
 The JSON files lie beside the page in performance/, its pictures in images/performance/. A benchmark that is not
 in the folder keeps what was taken in before; one that has never run is named with its command. What a person says
@@ -14,7 +10,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,12 +18,11 @@ from typing import Any
 from benchmarks.measure import note
 from benchmarks.parts import PARTS, Part
 from drillrig_env import markdown
-from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.pictures import draw
 from drillrig_env.evaluation.provenance import in_words
-from drillrig_env.files import check_writable_file, write_text
 
-COMMAND = "python -m benchmarks.page"
+COMMAND = "python -m docs.make performance"
+_STORE = "performance"
 NOT_UNDERSTOOD = (AttributeError, IndexError, KeyError, TypeError, ValueError)
 """What comes of a file that another version of a benchmark has written, or of one that was stopped very early."""
 
@@ -38,38 +33,9 @@ Machines differ: quote the ratios. This page and its pictures come from the stor
 """
 
 
-@command
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Take the figures in, draw the pictures and write the page, or only check it."""
-    parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument(
-        "folder",
-        nargs="?",
-        type=Path,
-        default=Path("results/benchmarks"),
-        help="where the benchmarks wrote (default: results/benchmarks)",
-    )
-    parser.add_argument("--output", type=Path, default=Path("docs/performance.md"), help="the page to write")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is out of date")
-    chosen = parser.parse_args(arguments)
-    if chosen.check:
-        if not chosen.output.is_file() or chosen.output.read_text(encoding="utf-8") != page(chosen.output):
-            raise SystemExit(f"{chosen.output} is out of date; run: {COMMAND} {store_of(chosen.output)}")
-        return
-    check_writable_file(chosen.output)
-    take_in(chosen.folder, store_of(chosen.output))
-    draw_pictures(chosen.output)
-    write_text(chosen.output, page(chosen.output))
-    print(chosen.output.resolve())
-
-
-def store_of(output: Path) -> Path:
-    """The folder beside the page with the figures that it shows."""
-    return output.parent / output.stem
-
-
-def take_in(folder: Path, store: Path) -> None:
+def take_in(folder: Path, docs: Path) -> None:
     """Copy the benchmarks' files to where the page finds them; one that cannot be read stays out."""
+    store = docs / _STORE
     store.mkdir(parents=True, exist_ok=True)
     if folder.resolve() == store.resolve():
         return
@@ -90,16 +56,16 @@ def read(path: Path) -> dict[str, Any] | None:
     return content if isinstance(content, dict) and {"results", "provenance"} <= content.keys() else None
 
 
-def page(output: Path) -> str:
+def page(docs: Path) -> str:
     """The page as Markdown."""
-    store = store_of(output)
+    store = docs / _STORE
     found = {part.name: content for part in PARTS if (content := read(store / f"{part.name}.json")) is not None}
     words = notes(store / "notes.md")
     result = [line for part in PARTS for line in _result(part, found)]
     parts = [_INTRODUCTION, *([markdown.table(["what", "result"], result, words=2) + "\n"] if result else [])]
     if "result" in words:
         parts.append(f"{words['result']}\n")
-    parts += [_section(part, found.get(part.name), words.get(part.name, ""), output) for part in PARTS]
+    parts += [_section(part, found.get(part.name), words.get(part.name, ""), docs) for part in PARTS]
     return "\n".join([*parts, _made(found)])
 
 
@@ -118,7 +84,7 @@ def _result(part: Part, found: Mapping[str, Any]) -> list[tuple[str, str]]:
         return []
 
 
-def _section(part: Part, content: Mapping[str, Any] | None, words: str, output: Path) -> str:
+def _section(part: Part, content: Mapping[str, Any] | None, words: str, docs: Path) -> str:
     """One part: how it was measured, tables, picture, and what a person says about it."""
     head = f"## {part.heading}: `{part.command}`\n"
     if content is None:
@@ -129,24 +95,24 @@ def _section(part: Part, content: Mapping[str, Any] | None, words: str, output: 
     except NOT_UNDERSTOOD:
         return f"{head}\nThe stored figures are those of another version: run `{part.command}`, then `{COMMAND}`.\n"
     blocks = [part.about, *(["*A first look, with --quick.*"] if results.get("quick") else []), *tables]
-    picture = _picture_of(part, output)
+    picture = _picture_of(part, docs)
     if picture.is_file():
-        blocks.append(f"![{part.seen}]({picture.relative_to(output.parent).as_posix()})")
+        blocks.append(f"![{part.seen}]({picture.relative_to(docs).as_posix()})")
     if results.get("left_out"):
         blocks.append("\n".join(f"- {hint}." for hint in results["left_out"]))
     return "\n\n".join([head.strip(), *blocks, *([words] if words else [])]) + "\n"
 
 
-def _picture_of(part: Part, output: Path) -> Path:
-    return output.parent / "images" / output.stem / f"{part.name}.png"
+def _picture_of(part: Part, docs: Path) -> Path:
+    return docs / "images" / _STORE / f"{part.name}.png"
 
 
-def draw_pictures(output: Path) -> list[Path]:
+def draw_pictures(docs: Path) -> list[Path]:
     """Draw a picture of each part that has one, and list them; the old one of a part that cannot be drawn goes."""
     paths = []
     for part in PARTS:
-        content = read(store_of(output) / f"{part.name}.json")
-        picture = _picture_of(part, output)
+        content = read(docs / _STORE / f"{part.name}.json")
+        picture = _picture_of(part, docs)
         if part.plot is None:
             continue
         try:
@@ -175,7 +141,3 @@ def _made(found: Mapping[str, Any]) -> str:
             beside = found[part.name]["results"].get("versions")
             lines.append(f"- `{part.command}`: {in_words(found[part.name]['provenance'], beside)}.")
     return "\n".join(lines if len(lines) > 1 else [*lines, "Nothing has been measured yet."]) + "\n"
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

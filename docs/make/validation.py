@@ -1,29 +1,14 @@
-"""The page: all checks as Markdown tables, and the list of what cannot be checked."""
+"""docs/validation.md: every number and statement of the source chapter that the model can be held to.
+
+With equation or figure, the printed and the computed value, and a verdict; then what cannot be checked, and why.
+"""
 
 from __future__ import annotations
 
-from functools import cache
-
 from drillrig_env import markdown
-from drillrig_env.validation import diagrams, equations, local_stability, low_end, time_responses
-from drillrig_env.validation.check import Check
-from drillrig_env.validation.out_of_reach import OUT_OF_REACH
+from drillrig_env.validation import OUT_OF_REACH, Check, all_checks
 
-COMMAND = "python -m drillrig_env.validation --output docs/validation.md"
-
-_TOPICS = {
-    "Equations and parameters (section 4.1)": equations.checks,
-    "Runs in time (sections 4.2, 4.3)": time_responses.checks,
-    "Standstill and H1 (sections 4.4.1, 4.4.3)": low_end.checks,
-    "Local stability (section 4.4.2)": local_stability.checks,
-    "Bifurcation diagrams (section 4.4.3)": diagrams.checks,
-}
-
-
-@cache
-def all_checks() -> dict[str, tuple[Check, ...]]:
-    """Every check by topic; computed once, in some seconds."""
-    return {topic: tuple(checks()) for topic, checks in _TOPICS.items()}
+COMMAND = "python -m docs.make validation"
 
 
 def page() -> str:

@@ -1,7 +1,4 @@
-"""Write docs/agents.md and its pictures: what ships, how it learnt, what it does, and what each choice is worth.
-
-    python -m agents.page           # from agents/trained, docs/agents and docs/results
-    python -m agents.page --check   # only say whether the page is up to date
+"""docs/agents.md and its pictures: what ships, how it learnt, what it does, and what each choice is worth.
 
 The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json) and, as far as they are there, from
 `agents.compare` and `agents.noise_and_delay` (docs/agents/*.json) and the stored results of `eval.py` (docs/results);
@@ -10,7 +7,7 @@ what a person saw in the pictures is quoted from docs/agents/findings.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,23 +16,21 @@ import numpy as np
 
 from agents import noise_and_delay
 from agents.beside_lqg import results_with_both, section
-from agents.choices import choices, made
 from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
 from agents.shipping.card import SHARED_DRAWS, imitation_steps, training_minutes
-from agents.use import USE
+from docs.make.choices import choices, made
+from docs.make.use import USE
 from drillrig_env import markdown
-from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.evaluation.provenance import when_and_where
 from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.store import read
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
-from drillrig_env.files import check_writable, write_text
 
-COMMAND = "python -m agents.page"
+COMMAND = "python -m docs.make agents"
 AGENT = "ppo"
 """The agent whose behaviour is shown."""
 
@@ -58,34 +53,6 @@ _BESIDE = {
 _LEVELS = (0.5, 0.9, 0.95)
 
 
-@command
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Draw the pictures and write the page, or only check it."""
-    parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is out of date")
-    chosen = parser.parse_args(arguments)
-    path = chosen.docs / "agents.md"
-    if not chosen.check:
-        check_writable(chosen.docs)
-    try:
-        found = _found()
-        stored = _stored(chosen.docs, found)
-        late = noise_and_delay.read_shares(chosen.docs)
-        text = _written(chosen.docs, found, stored, late)
-    except ValueError as error:
-        parser.error(error)
-    if chosen.check:
-        if not path.is_file() or path.read_text(encoding="utf-8") != text:
-            raise Failed(f"{path} is out of date; run: {COMMAND}")
-        return
-    from agents.pictures import draw_all
-
-    draw_all(AGENT, chosen.docs / "images" / "agents", results=_beside_lqg(stored, found), late=late)
-    write_text(path, text)
-    print(path.resolve())
-
-
 @dataclass(frozen=True)
 class _Agent:
     """A shipped agent: what its `config.json` and its `seeds.json` hold."""
@@ -103,6 +70,15 @@ def page(docs: Path, trained: Path = TRAINED) -> str:
     """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
     found = _found(trained)
     return _written(docs, found, _stored(docs, found), noise_and_delay.read_shares(docs))
+
+
+def draw_pictures(docs: Path) -> list[Path]:
+    """Draw the pictures of the page and list them."""
+    from agents.pictures import draw_all
+
+    found = _found()
+    late = noise_and_delay.read_shares(docs)
+    return draw_all(AGENT, docs / "images" / "agents", results=_beside_lqg(_stored(docs, found), found), late=late)
 
 
 def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
@@ -262,7 +238,3 @@ def _made(docs: Path, found: Mapping[str, _Agent], late: Mapping[str, Any] | Non
     if late:
         lines.append(f"- noise and delay: `{late['command']}`, {when_and_where(late['provenance'])}")
     return "\n".join(lines) + "\n"
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

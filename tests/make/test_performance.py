@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-import benchmarks.page
-from benchmarks.page import COMMAND, main, page, read, store_of
 from benchmarks.parts import PARTS
 from benchmarks.parts.named_lines import spread
 from benchmarks.parts.part import amount, digits, duration, power, times
+from docs.make.__main__ import main
+from docs.make.performance import COMMAND, page, read
 
-PAGE = Path(__file__).parents[2] / "docs" / "performance.md"
+DOCS = Path(__file__).parents[2] / "docs"
 PROVENANCE = {"date": "2026-01-02", "python": "3.11", "machine": "a processor, 1 core", "versions": {"numpy": "2"}}
 
 
@@ -99,12 +99,6 @@ RESULTS = {
 
 
 @pytest.fixture
-def no_pictures(monkeypatch):
-    """Pages without pictures, which take a while to draw."""
-    monkeypatch.setattr(benchmarks.page, "draw_pictures", lambda output: [])
-
-
-@pytest.fixture
 def measured(tmp_path):
     """A folder with what all benchmarks have written."""
     folder = tmp_path / "results"
@@ -115,14 +109,20 @@ def measured(tmp_path):
 
 
 @pytest.fixture
-def output(tmp_path):
-    """Where a page is to be written."""
-    return tmp_path / "docs" / "performance.md"
+def docs(tmp_path):
+    """The folder that a page is to be written into."""
+    return tmp_path / "docs"
 
 
-def test_page_shows_every_part(measured, output, no_pictures):
-    main([str(measured), "--output", str(output)])
-    text = output.read_text()
+def make(docs, *folders, pictures=False):
+    """Write the page after taking the folders in; returns its text."""
+    words = ["performance", "--docs", str(docs), *(["--take-in", *map(str, folders)] if folders else [])]
+    assert main([*words, *([] if pictures else ["--no-pictures"])]) == 0
+    return (docs / "performance.md").read_text()
+
+
+def test_page_shows_every_part(measured, docs):
+    text = make(docs, measured)
     for words in (
         "| one rig, against the fastest peer, error ≤ 1e-6 rad/s | **200 times** as fast |",
         "| other | compiled | 2.0 ms | rtol 0.0001 | 20 | 40 ms | rtol 1e-09 | 200 |",
@@ -148,34 +148,31 @@ def test_page_shows_every_part(measured, output, no_pictures):
     assert not re.search(r"\b(nan|inf|None)\b", text)
 
 
-def test_pictures_are_drawn_and_shown(measured, output):
-    main([str(measured), "--output", str(output)])
-    shown = set(re.findall(r"\]\((images/performance/.+)\)", output.read_text()))
+def test_pictures_are_drawn_and_shown(measured, docs):
+    shown = set(re.findall(r"\]\((images/performance/.+)\)", make(docs, measured, pictures=True)))
     assert {Path(path).stem for path in shown} == {part.name for part in PARTS if part.plot} >= {"solvers", "training"}
-    assert all((output.parent / path).read_bytes().startswith(b"\x89PNG") for path in shown)
+    assert all((docs / path).read_bytes().startswith(b"\x89PNG") for path in shown)
 
 
-def test_page_is_made_again_from_what_lies_beside_it(measured, output, no_pictures):
-    main([str(measured), "--output", str(output)])
-    text = output.read_text()
+def test_page_is_made_again_from_what_lies_beside_it(measured, docs, capsys):
+    text = make(docs, measured)
     for file in measured.iterdir():
         file.unlink()
-    main([str(store_of(output)), "--output", str(output)])
-    assert output.read_text() == text
-    main([str(measured), "--output", str(output)])  # nothing there: what was taken in stays
-    assert output.read_text() == text
-    main(["--check", "--output", str(output)])
-    output.write_text("old")
-    with pytest.raises(SystemExit, match="out of date"):
-        main(["--check", "--output", str(output)])
+    assert make(docs) == text
+    assert make(docs, docs / "performance") == text
+    assert make(docs, measured) == text  # nothing there: what was taken in stays
+    check = ["performance", "--check", "--docs", str(docs)]
+    assert main(check) == 0
+    (docs / "performance.md").write_text("old")
+    assert main(check) == 1
+    assert "out of date: performance; run: python -m docs.make performance" in capsys.readouterr().err
 
 
-def test_part_that_is_missing_or_broken_names_its_command(measured, output):
+def test_part_that_is_missing_or_broken_names_its_command(measured, docs):
     (measured / "training.json").unlink()
     (measured / "startup.json").write_text("{ not JSON")
     (measured / "solvers.json").write_text(json.dumps({"provenance": PROVENANCE, "results": {"solvers": [{}]}}))
-    main([str(measured), "--output", str(output)])
-    text = output.read_text()
+    text = make(docs, measured)
     for name in ("training", "startup"):
         assert f"Not measured yet: run `python -m benchmarks.{name}`" in text
     assert "another version: run `python -m benchmarks.solvers`" in text
@@ -183,20 +180,20 @@ def test_part_that_is_missing_or_broken_names_its_command(measured, output):
     assert "**777 bytes**" in text
 
 
-def test_benchmark_that_was_stopped_at_once_is_shown_as_far_as_it_went(measured, output):
+def test_benchmark_that_was_stopped_at_once_is_shown_as_far_as_it_went(measured, docs):
     nothing = {"environments": {"rates": {}}, "batches": {"batches": []}, "startup": {"cases": {}}}
     for name, part in nothing.items():
         results = {**RESULTS[name], **part}
         (measured / f"{name}.json").write_text(json.dumps({"provenance": PROVENANCE, "results": results}))
-    main([str(measured), "--output", str(output)])
-    assert "## Environments" in output.read_text()
+    assert "## Environments" in make(docs, measured, pictures=True)
 
 
-def test_words_of_a_person_stand_with_their_part(measured, output, no_pictures):
-    store_of(output).mkdir(parents=True)
-    (store_of(output) / "notes.md").write_text("About.\n\n## startup\n\nWords on waiting.\n\n## stability\n\nMore.\n")
-    main([str(measured), "--output", str(output)])
-    text = output.read_text()
+def test_words_of_a_person_stand_with_their_part(measured, docs):
+    (docs / "performance").mkdir(parents=True)
+    (docs / "performance" / "notes.md").write_text(
+        "About.\n\n## startup\n\nWords on waiting.\n\n## stability\n\nMore.\n"
+    )
+    text = make(docs, measured)
     assert text.index("## Start-up") < text.index("Words on waiting.") < text.index("## Training")
     assert "About." not in text
 
@@ -234,7 +231,7 @@ def test_names_beside_lines_keep_their_order_and_distance():
 
 
 @pytest.mark.skipif(
-    all(read(store_of(PAGE) / f"{part.name}.json") is None for part in PARTS), reason="nothing has been measured"
+    all(read(DOCS / "performance" / f"{part.name}.json") is None for part in PARTS), reason="nothing has been measured"
 )
 def test_the_projects_page_is_up_to_date():
-    assert PAGE.read_text(encoding="utf-8") == page(PAGE), f"out of date; run: {COMMAND} {store_of(PAGE)}"
+    assert (DOCS / "performance.md").read_text(encoding="utf-8") == page(DOCS), f"out of date; run: {COMMAND}"

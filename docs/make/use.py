@@ -9,7 +9,7 @@ python train.py ppo --seeds 5 --run-folder runs/ppo  # five seeds, one after ano
 python train.py --resume runs/ppo                    # go on after Ctrl-C, bit for bit as without the stop
 python -m agents.shipping.ship runs/ppo --name ppo   # evaluate all seeds, ship the median one, write its card
 python -m agents.compare ablations                   # the table of choices above
-python -m agents.page                                # this page
+python -m docs.make agents                           # this page
 python train.py ppo --conf-file agents/hyperparams/soft_drive/ppo.yml  # an agent for the softened drive
 ```
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.make.__main__ import main
+from docs.make.results import COMMAND, PICTURES, draw_pictures, page, stored_results, take_in
 from drillrig_env.evaluation.histories import Histories
-from drillrig_env.evaluation.page import COMMAND, PICTURES, draw_pictures, main, page, stored_results, take_in
 from drillrig_env.evaluation.store import read, save
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.evaluation.tables import HARDNESS, all_estimates, estimates, stored_row
@@ -59,7 +60,7 @@ def test_the_pictures_of_the_page_are_drawn(docs, monkeypatch):
         *(f"DrillRig-v0_{name}.png" for name in PICTURES),
         *(f"DrillRigSurface-v0_{name}.png" for name in PICTURES if "load" not in name),
     }
-    monkeypatch.setattr("drillrig_env.evaluation.page.PICTURES", {"calming_default": "", "histories_load_below": ""})
+    monkeypatch.setattr("docs.make.results.PICTURES", {"calming_default": "", "histories_load_below": ""})
     names = {path.name for path in draw_pictures(docs)}
     assert names == {name for name in shown if name.endswith(("calming_default.png", "histories_load_below.png"))}
     for path in (docs / "images" / "results").iterdir():
@@ -73,7 +74,7 @@ def test_results_that_are_not_finished_and_missing_ones_are_refused(comparison, 
     with pytest.raises(ValueError, match="not finished"):
         take_in(tmp_path, tmp_path)
     with pytest.raises(SystemExit):
-        main(["--docs", str(tmp_path / "none")])
+        main(["results", "--docs", str(tmp_path / "none")])
     assert "holds no results" in capsys.readouterr().err
 
 

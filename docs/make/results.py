@@ -1,18 +1,14 @@
-"""Write the page of results with its pictures, from results that `eval.py` has left.
+"""docs/results.md with its pictures, from results that `eval.py` has left.
 
-python -m drillrig_env.evaluation.page results results/surface   # take these in, then write the page
-python -m drillrig_env.evaluation.page                           # write the page again from what was taken in
-
-Results are taken in as docs/results/ENVIRONMENT, packed. The page is docs/results.md, its pictures lie
-in docs/images/results. What a person has found goes into docs/results/findings.md, which the page quotes.
+Results are taken in as docs/results/ENVIRONMENT, packed; the pictures lie in docs/images/results. What a person has
+found goes into docs/results/findings.md, which the page quotes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
-from drillrig_env.command_line import Parser, command
 from drillrig_env.env.registration import ENVIRONMENTS
 from drillrig_env.evaluation.findings import where_each_fails, who_wins
 from drillrig_env.evaluation.histories import Histories, worth_showing
@@ -21,10 +17,9 @@ from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.results import MARKS, Results
 from drillrig_env.evaluation.store import clear, read, read_histories, save
 from drillrig_env.evaluation.tables import DIFFERENCES, TABLES, Row, Table, differences, stored_row
-from drillrig_env.files import check_writable, write_text
 from drillrig_env.markdown import sentence
 
-COMMAND = "python -m drillrig_env.evaluation.page"
+COMMAND = "python -m docs.make results"
 PICTURES = {
     "scores_default": "Scores of every policy with their intervals",
     "calming_default": "Share of rigs that are calm, over time",
@@ -48,25 +43,6 @@ the interquartile mean over seeds. They have a digit less than the values, round
 
 This page and its pictures come from the stored results of all episodes with `{COMMAND}`.
 """
-
-
-@command
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Take results in, if folders are named, then draw the pictures and write the page."""
-    parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("folders", nargs="*", type=Path, metavar="DIR", help="results of eval.py to take in")
-    parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
-    chosen = parser.parse_args(arguments)
-    check_writable(chosen.docs)
-    try:
-        for folder in chosen.folders:
-            take_in(folder, chosen.docs)
-        text = page(chosen.docs)
-    except ValueError as error:
-        parser.error(error)
-    draw_pictures(chosen.docs)
-    write_text(chosen.docs / "results.md", text)
-    print((chosen.docs / "results.md").resolve())
 
 
 def take_in(folder: Path, docs: Path) -> None:
@@ -181,7 +157,3 @@ def _made(stored: Mapping[str, Results]) -> str:
         lines.append(f"{env}: {in_words(results.provenance)}.\n")
         lines.append(f"```sh\n{results.config['command']}\n```\n")
     return "\n".join(lines)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())
