@@ -35,7 +35,8 @@ from agents.training.settings import Training
 from agents.training.train import resume, train
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
-from drillrig_env.flags import add_fields, add_rig_argument, of_kind
+from drillrig_env.engine import LOCAL, engine_at
+from drillrig_env.flags import add_engine_arguments, add_fields, add_rig_argument, of_kind
 
 _FLAGS = {
     "env_id": ("--env",),
@@ -46,7 +47,7 @@ _FLAGS = {
 _PAIRS = {"hyperparams": ("-params", "--hyperparams"), "env_kwargs": ("--env-kwargs",)}
 """Flags of the fields of `Training` that are not just the field's name."""
 
-_WITH_RESUME = ("resume", "threads", "jobs", "progress")
+_WITH_RESUME = ("resume", "threads", "on", "jobs", "progress")
 
 
 @command
@@ -64,7 +65,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python train.py") 
 def _begin(given: Mapping[str, Any]) -> Path:
     """Train what the flags say, and return its folder."""
     values = dict(given)
-    seeds, jobs, algorithm = values.pop("seeds", 1), values.pop("jobs", 1), values.pop("algo", None)
+    seeds, algorithm = values.pop("seeds", 1), values.pop("algo", None)
+    engine = engine_at(values.pop("on"), values.pop("jobs", None))
     if algorithm and values.setdefault("algorithm", algorithm) != algorithm:
         raise ValueError(f"--algo {algorithm} and {values['algorithm']} contradict each other")
     for name in _PAIRS:
@@ -74,7 +76,11 @@ def _begin(given: Mapping[str, Any]) -> Path:
         rig = values.pop("rig")
         values["env_kwargs"] = {"rig": values.pop("calibration", rig)} | values.get("env_kwargs", {})
     training = Training(**values)
-    return train(training) if seeds == 1 else train_seeds(training, seeds, jobs)
+    if seeds > 1:
+        return train_seeds(training, seeds, engine)
+    if engine.where != LOCAL:
+        raise ValueError(f"--on {engine.where} is given without --seeds; one training is done on this machine")
+    return train(training)
 
 
 def _go_on(parser: argparse.ArgumentParser, given: Mapping[str, Any]) -> Path:
@@ -85,9 +91,10 @@ def _go_on(parser: argparse.ArgumentParser, given: Mapping[str, Any]) -> Path:
         allowed = ", ".join(flags[name] for name in _WITH_RESUME if name != "resume")
         raise ValueError(f"--resume goes on as config.json says, without {', '.join(others)}; allowed: {allowed}")
     run, threads, progress = given["resume"], given.get("threads"), given.get("progress", True)
+    engine = engine_at(given["on"], given.get("jobs"))
     if is_run(run):
         return resume(run, threads, progress)
-    return resume_seeds(run, given.get("jobs", 1), threads, progress)
+    return resume_seeds(run, engine, threads, progress)
 
 
 def argument_parser(prog: str) -> Parser:
@@ -102,7 +109,7 @@ def argument_parser(prog: str) -> Parser:
         meaning = Training.__dataclass_fields__[name].metadata["meaning"]
         add(*flags, nargs="+", dest=name, metavar="NAME:VALUE", help=meaning)
     add("--seeds", type=of_kind(COUNT), help="train this many seeds, from --seed on, into <run folder>/seed_<s>")
-    add("--jobs", type=of_kind(COUNT), help="of these seeds, train so many at a time (default: 1)")
+    add_engine_arguments(parser, "seeds")
     add("--resume", type=Path, metavar="RUN", help="go on with a stopped run, or with the seeds in a folder")
     return parser
 

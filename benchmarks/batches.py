@@ -15,7 +15,6 @@ longer than that in all. torchdiffeq gets 1 s of motion only.
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Iterator
 from importlib import import_module
@@ -40,7 +39,8 @@ from benchmarks.peers import BATCH_PEERS
 from benchmarks.peers.peer import BatchPeer, Run, Setting, asked_for, left_out
 from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.arrays import FloatArray
-from drillrig_env.command_line import Parser, command, deaf_to_interrupt
+from drillrig_env.command_line import Parser, command
+from drillrig_env.engine import Local
 from drillrig_env.flags import of_kind
 from drillrig_env.jit.threads import available_threads
 
@@ -94,10 +94,8 @@ def reference_of(rig: int) -> FloatArray:
 
 def references(rigs: int) -> FloatArray:
     """The accurate bit speeds of the first rigs, shape (rigs, samples), from as many processes as there are cores."""
-    with deaf_to_interrupt():
-        pool = multiprocessing.get_context("spawn").Pool(available_threads())
-    with pool:  # which ends its processes, whatever they do, where this one is stopped
-        return np.stack(pool.map(reference_of, range(rigs), chunksize=1))
+    with Local(available_threads()) as engine:
+        return np.stack(engine.map(reference_of, range(rigs)))
 
 
 def expected_seconds(sizes: Result, size: int) -> float:

@@ -29,9 +29,8 @@ from drillrig_env.calibrate.calibration import BY_RECORDS, Calibration, calibrat
 from drillrig_env.calibrate.meaning import meanings
 from drillrig_env.calibrate.records import Record
 from drillrig_env.calibrate.unknowns import values_of
-from drillrig_env.calibrate.workers import Workers
 from drillrig_env.command_line import Parser, command
-from drillrig_env.flags import of_kind
+from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.scales import Scales
 from drillrig_env.stability import critical_speed, end_of_stick_slip
@@ -139,12 +138,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     add("--twins", type=of_kind(COUNT), default=TWINS, metavar="N", help=f"of each kind (default: {TWINS})")
     add("--kinds", choices=kinds(), nargs="+", default=list(kinds()), help="which (default: all)")
     jobs = available_threads()
-    add("--jobs", type=of_kind(COUNT), default=jobs, help=f"how many twins side by side (default: {jobs}, the cores)")
+    add_engine_arguments(parser, "twins", f"{jobs}, the cores")
     chosen = parser.parse_args(arguments)
     twins = [(name, _FIRST + k) for name in chosen.kinds for k in range(chosen.twins)]
     found: dict[str, list[tuple[dict[str, bool], dict[str, bool]]]] = {name: [] for name in chosen.kinds}
-    with Workers(chosen.jobs) as workers:
-        for done, (number, held) in enumerate(workers.each(judged, twins), 1):
+    try:
+        engine = engine_of(chosen, jobs)
+    except (ValueError, ImportError) as error:
+        parser.error(str(error))
+    with engine:
+        for done, (number, held) in enumerate(engine.each(judged, twins), 1):
             found[twins[number][0]].append(held)
             note(f"{done} of {len(twins)} twins")
     print_table(HEADINGS, [_row(name, held) for name, held in found.items()])

@@ -111,27 +111,46 @@ def command(main: Callable[P, int | None]) -> Callable[P, int]:
 @contextmanager
 def sigterm_as_exception() -> Iterator[None]:
     """While the block runs in the main thread, SIGTERM raises `Terminated` there."""
+    with _handled(signal.SIGTERM, _terminate):
+        yield
+
+
+@contextmanager
+def interrupt_as_exception() -> Iterator[None]:
+    """While the block runs in the main thread, SIGINT raises `KeyboardInterrupt`, also where it was ignored before.
+
+    A shell has what it starts in the background ignore it.
+    """
+    with _handled(signal.SIGINT, signal.default_int_handler):
+        yield
+
+
+@contextmanager
+def _handled(number: signal.Signals, handler: Any) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    earlier = signal.signal(signal.SIGTERM, _terminate)
+    earlier = signal.signal(number, handler)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL if earlier is None else earlier)
+        signal.signal(number, signal.SIG_DFL if earlier is None else earlier)
 
 
 @contextmanager
 def deaf_to_interrupt() -> Iterator[None]:
-    """Let a process that is started here be deaf to Ctrl-C from its first moment: that is the parent's to answer."""
-    if threading.current_thread() is not threading.main_thread():
+    """Let a process that is started here be deaf to Ctrl-C from its first moment: that is the parent's to answer.
+
+    It inherits what this thread does not hear. A Ctrl-C in the meantime reaches the parent when the block ends.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    earlier = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    earlier = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, earlier)
+        signal.pthread_sigmask(signal.SIG_SETMASK, earlier)
 
 
 def _terminate(_number: int, _frame: object) -> None:

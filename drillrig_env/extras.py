@@ -22,6 +22,8 @@ _EXTRA_OF = {
     "pygame": "render",
     "PIL": "render",
     "emcee": "posterior",
+    "optuna": "scale",
+    "ray": "scale",
     "nptdms": "records",
     "openpyxl": "records",
     "pandas": "records",

@@ -6,10 +6,13 @@ import argparse
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from drillrig_env.allowed import Kind, Made, Switch
+from drillrig_env.allowed import COUNT, Kind, Made, Switch
 from drillrig_env.parameters import default_of
+
+if TYPE_CHECKING:
+    from drillrig_env.engine.contract import Engine
 
 
 def add_rig_argument(parser: argparse._ActionsContainer) -> None:
@@ -42,6 +45,38 @@ def add_friction_argument(parser: argparse._ActionsContainer, default: str = "th
         metavar="FILE",
         help=f"a friction of your own, a TOML file with the table [friction] (default: {default})",
     )
+
+
+def add_engine_arguments(parser: argparse._ActionsContainer, pieces: str, default: str = "1") -> None:
+    """Add `--on WHERE` and `--jobs N`, which `engine_of` reads: where pieces of work are done, and how many at a time.
+
+    `pieces` says in the plural what they are, `default` how many this machine does at a time.
+    """
+    from drillrig_env.engine.choice import ALLOWED, LOCAL
+
+    parser.add_argument(
+        "--on",
+        metavar="WHERE",
+        default=LOCAL,
+        help=f"where {pieces} are done: {ALLOWED}; see docs/scale.md (default: local)",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=of_kind(COUNT),
+        metavar="N",
+        help=f"{pieces} at a time (default: {default}, on Ray as many as it has cores)",
+    )
+
+
+def engine_of(options: argparse.Namespace, jobs: int | None = None) -> Engine:
+    """The engine that `--on` and `--jobs` name, `jobs` at a time on this machine where the command line does not say.
+
+    Raises as `drillrig_env.engine.engine_at`.
+    """
+    from drillrig_env.engine.choice import LOCAL, engine_at
+
+    own = jobs if options.on == LOCAL else None
+    return engine_at(options.on, options.jobs or own)
 
 
 def add_schedule_argument(

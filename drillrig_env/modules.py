@@ -14,6 +14,13 @@ from drillrig_env.parameters import closest
 
 T = TypeVar("T")
 
+_OF_THE_USER: list[str] = []
+
+
+def of_the_user() -> tuple[str, ...]:
+    """The names of the modules that files of the user's own have become: no other process has them."""
+    return tuple(_OF_THE_USER)
+
 
 def load_module(file: Path) -> ModuleType:
     """A Python file as a module, which may import from its own folder; `ValueError` for what is none."""
@@ -24,6 +31,8 @@ def load_module(file: Path) -> ModuleType:
         raise ValueError(f"{file} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    if name not in _OF_THE_USER:
+        _OF_THE_USER.append(name)
     sys.path.insert(0, str(place.parent))
     try:
         spec.loader.exec_module(module)

@@ -25,6 +25,7 @@ FLOORS = [
         "moved",
         "modules",
         "jit",
+        "engine",
     ],
     ["rig", "course"],
     ["drive", "friction", "slowest_mode"],

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.calibration import Calibration
-from drillrig_env.calibrate.workers import Workers
+from drillrig_env.engine import Engine, used
 from drillrig_env.friction import Friction
 from drillrig_env.rig import Rig
 from drillrig_env.stability import critical_speed, end_of_stick_slip
@@ -40,20 +40,20 @@ def borders(
     normal_force: npt.ArrayLike,
     draws: int | None = None,
     told: Callable[[int, int], None] | None = None,
-    jobs: int = 1,
+    engine: Engine | str | None = None,
 ) -> Borders:
     """The borders at normal forces (N), shape (n,), over the first `draws` joint draws; by default all.
 
     `told` hears how many of how many rigs are done. Ctrl-C ends it with the draws that are done, after the best rig.
-    `jobs` processes share the draws, as `drillrig_env.calibrate.workers` says.
+    `engine` does the draws; by default this process.
     """
     forces = np.atleast_1d(np.asarray(normal_force, dtype=float))
     best = _of(forces, (calibration.rig, calibration.friction))
     rigs = calibration.rigs()[:draws]
     found: dict[int, FloatArray] = {}
-    with Workers(jobs) as workers:
+    with used(engine) as at:
         try:
-            for number, speeds in workers.each(partial(_of, forces), rigs):
+            for number, speeds in at.each(partial(_of, forces), rigs):
                 found[number] = speeds
                 if told is not None:
                     told(len(found), len(rigs))

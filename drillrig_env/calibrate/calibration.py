@@ -21,7 +21,7 @@ from drillrig_env.calibrate.search import Search
 from drillrig_env.calibrate.spread import LEAST_WINDOWS, Spread, spread_of
 from drillrig_env.calibrate.unknowns import OF_FRICTION, Unknowns
 from drillrig_env.calibrate.windows import Windows
-from drillrig_env.calibrate.workers import Workers
+from drillrig_env.engine import Engine, used
 from drillrig_env.fleet import Fleet
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.parameters import COUNT, POSITIVE, checked, refuse
@@ -124,7 +124,7 @@ def calibrate(
     held_out: float = HELD_OUT,
     told: Callable[[int, float], None] | None = None,
     begin: FloatArray | None = None,
-    jobs: int = 1,
+    engine: Engine | str | None = None,
     kept: Kept | None = None,
 ) -> Calibration:
     """Fit a rig and its friction to records of it, each with speed reference and normal force.
@@ -136,9 +136,9 @@ def calibrate(
     record is cut into, each with a start of its own, by default 1.3 of the rig's slowest periods. The share `held_out`
     of each record's windows is not fitted, and tells afterwards how good the fit is. `told` hears how many starts are
     done and the best cost so far. `begin`, the `best.logs` of another fit of the same parameters, is where it begins in
-    their place. `jobs` processes do the starts, with the same result to the last bit as one; a script with more than
-    one is to call this below `if __name__ == "__main__"`. `kept` keeps the starts that are done in its file, and has
-    those of a search that was stopped.
+    their place. `engine` does the starts, such as `Local(4)`, four processes, or "ray" (`drillrig_env.engine`), to
+    the same result, to the last bit, as this process, the default. `kept` keeps the starts that are done in its file,
+    and has those of a search that was stopped.
 
     Raises `ValueError` for a record without inputs, too short, or of no rig like the one that the fit begins with, an
     unknown parameter, fewer than 4 windows, and a best model that is nowhere near the records; `NotFiniteError` where
@@ -146,7 +146,6 @@ def calibrate(
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     starts = checked("calibrate", "starts", starts, "", COUNT)
-    jobs = checked("calibrate", "jobs", jobs, "", COUNT)
     unknowns = Unknowns.of(rig, friction, fix, weigh)
     windows = windows_of(records, rig, window)
     count = sum(map(len, windows))
@@ -160,8 +159,8 @@ def calibrate(
     if not any(np.any(one.forces > 0.0) for one in windows):  # nothing presses: friction cannot be seen
         weigh = {name: share for name, share in (weigh or {}).items() if name not in OF_FRICTION}
         unknowns = Unknowns.of(rig, friction, {**dict.fromkeys(OF_FRICTION), **(fix or {})}, weigh)
-    with Workers(jobs) as workers:
-        search = Search(workers, kept)
+    with used(engine) as at:
+        search = Search(at, kept)
         best = fit(Problem(windows, unknowns, [one.noise for one in windows]), starts, seed, told, search, begin)
     check_followed(records, best)
     spread = spread_of(best)

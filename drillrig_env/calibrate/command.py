@@ -36,7 +36,15 @@ from drillrig_env.calibrate.look import HEADINGS, look
 from drillrig_env.calibrate.records import Record, parse_map, read_record
 from drillrig_env.calibrate.sampled import STEPS, emcee_module, sampled
 from drillrig_env.command_line import Parser, command
-from drillrig_env.flags import add_friction_argument, add_rig_argument, add_schedule_argument, of_kind
+from drillrig_env.engine import Engine
+from drillrig_env.flags import (
+    add_engine_arguments,
+    add_friction_argument,
+    add_rig_argument,
+    add_schedule_argument,
+    engine_of,
+    of_kind,
+)
 from drillrig_env.friction.contact import LAWS
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.markdown import table
@@ -80,7 +88,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig calibrate
     )
     add("--starts", type=of_kind(COUNT), default=STARTS, help=f"places that the fit begins from (default: {STARTS})")
     add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of these places and of the draws (default: 0)")
-    add("--jobs", type=of_kind(COUNT), metavar="N", help="processes that share the starts (default: the cores)")
+    add_engine_arguments(parser, "starts, walkers and draws", "the cores")
     add("--look", action="store_true", help="say what the records can tell, and fit nothing")
     add("--output", metavar="DIR", type=Path, help="folder for the result; with --look a picture, .png or .svg")
     add("--overwrite", action="store_true", help="in place of one that is there")
@@ -137,26 +145,27 @@ def _run(options: argparse.Namespace, folder: Path | None, line: str) -> Kept | 
             print(f"written: {options.output.resolve()}")
         return None
     kept = kept_of(records, options) if folder is not None else None
-    found = fit_of(records, options, known, kept, line)
-    if options.posterior == "emcee":
-        with Progress("calibrate", 1) as progress:
-            steps = options.posterior_steps or STEPS
-            found = sampled(
-                found,
-                steps,
-                lambda done, time: progress.show("steps", done, steps, f", autocorrelation time {time:.0f}"),
-                options.jobs or available_threads(),
-            )
-    _report(found, line, folder, options.jobs or available_threads())
+    with engine_of(options, available_threads()) as engine:
+        found = fit_of(records, options, known, kept, line, engine)
+        if options.posterior == "emcee":
+            with Progress("calibrate", 1) as progress:
+                steps = options.posterior_steps or STEPS
+                found = sampled(
+                    found,
+                    steps,
+                    lambda done, time: progress.show("steps", done, steps, f", autocorrelation time {time:.0f}"),
+                    engine,
+                )
+        _report(found, line, folder, engine)
     return None if found.best.stopped else kept
 
 
-def _report(found: Calibration, line: str, folder: Path | None, jobs: int) -> None:
+def _report(found: Calibration, line: str, folder: Path | None, engine: Engine) -> None:
     """Print what is known, and write the folder where one is asked for."""
     from drillrig_env.calibrate.report import Report
 
     with Progress("calibrate", 1) as progress:
-        report = Report.of(found, line, lambda done, of: progress.show("rigs drawn", done, of), jobs=jobs)
+        report = Report.of(found, line, lambda done, of: progress.show("rigs drawn", done, of), engine=engine)
     for title, headings, rows in report.tables():
         print(f"\n{title}\n\n{table(headings, rows, words=3)}")
     print("", *report.sentences(), sep="\n")

@@ -61,7 +61,7 @@ def fit(
     `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
     for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
     away from every start. Ctrl-C ends the starts, and the last fit goes on with the best so far; another one ends that.
-    `search` has the processes that do it and keeps what is done; by default it is this process, and nothing is kept.
+    `search` has the engine that does it and keeps what is done; by default it is this process, and nothing is kept.
     """
     search = search or Search()
     drawn = np.random.default_rng(seed).uniform(-_SPREAD, _SPREAD, (starts, len(problem.unknowns.names)))

@@ -11,13 +11,13 @@ from drillrig_env.calibrate.calibration import Calibration, calibrate
 from drillrig_env.calibrate.kept import Kept
 from drillrig_env.calibrate.laws import AUTO, choose_law, starts_of_all, with_viscous_part
 from drillrig_env.calibrate.records import Record
+from drillrig_env.engine import Engine
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.friction import Friction
-from drillrig_env.jit.threads import available_threads
 from drillrig_env.progress import Progress
 from drillrig_env.rig import Rig
 
-_NOT_OF_A_SEARCH = ("jobs", "look", "output", "overwrite", "posterior", "posterior_steps", "resume")
+_NOT_OF_A_SEARCH = ("jobs", "look", "on", "output", "overwrite", "posterior", "posterior_steps", "resume")
 """Options that change nothing in what a fit finds."""
 
 
@@ -40,7 +40,12 @@ def begun(options: argparse.Namespace, fixed: Mapping[str, Any]) -> tuple[Rig, F
 
 
 def fit_of(
-    records: list[Record], options: argparse.Namespace, known: dict[str, Any], kept: Kept | None, line: str
+    records: list[Record],
+    options: argparse.Namespace,
+    known: dict[str, Any],
+    kept: Kept | None,
+    line: str,
+    engine: Engine,
 ) -> Calibration:
     """The fit, with a bar of how far it is. What is kept of one that Ctrl-C ends is told."""
     on = f"to go on: {line.removesuffix(' --resume')} --resume"
@@ -58,7 +63,7 @@ def fit_of(
                 window=options.window,
                 held_out=options.held_out,
                 told=lambda done, cost: progress.show("starts", done, starts, f", best cost {cost:.4g}"),
-                jobs=options.jobs or available_threads(),
+                engine=engine,
                 kept=kept,
                 **known,
             )

@@ -20,6 +20,7 @@ from drillrig_env.calibrate.laws import LAW_HEADINGS, law_rows, law_words
 from drillrig_env.calibrate.meaning import SPEEDS, Meaning, band, meanings_of
 from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
 from drillrig_env.calibrate.sampled import draw_words
+from drillrig_env.engine import Engine
 from drillrig_env.evaluation.provenance import provenance
 
 _NOT_FOLLOWED = "Parameters of a model that does not follow the records: do not believe these intervals"
@@ -47,12 +48,12 @@ class Report:
         command: str,
         told: Callable[[int, int], None] | None = None,
         draws: int | None = None,
-        jobs: int = 1,
+        engine: Engine | str | None = None,
     ) -> Report:
-        """The report of a calibration that a `command` line has made; `told`, `draws` and `jobs` as for `borders`."""
+        """The report of a calibration that a `command` line has made; `told`, `draws` and `engine` as for `borders`."""
         parts = beside(calibration)
         forces = loads(calibration)
-        found = borders(calibration, forces, draws, told, jobs) if len(forces) else None
+        found = borders(calibration, forces, draws, told, engine) if len(forces) else None
         return cls(
             calibration,
             command,

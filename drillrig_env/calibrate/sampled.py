@@ -19,7 +19,7 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.calibration import DRAWS, Calibration
 from drillrig_env.calibrate.fit import FARTHEST, Best, soft
 from drillrig_env.calibrate.spread import Spread, by_window
-from drillrig_env.calibrate.workers import Workers
+from drillrig_env.engine import Engine, used
 from drillrig_env.extras import missing
 from drillrig_env.parameters import COUNT, checked
 from drillrig_env.stepper.finite import NotFiniteError
@@ -132,13 +132,13 @@ def sampled(
     calibration: Calibration,
     steps: int = STEPS,
     told: Callable[[int, float], None] | None = None,
-    jobs: int = 1,
+    engine: Engine | str | None = None,
 ) -> Calibration:
     """The calibration with joint draws by emcee, and with `sampling`, which says whether they have converged.
 
     `steps` is the most that a walker takes; it ends before where the chains are long enough. Where they are not, or
     Ctrl-C ends them, the draws stay what they were. `told` hears of steps done and the autocorrelation time so far.
-    `jobs` processes share the walkers, as those of `calibrate` share the starts, with the same result.
+    `engine` does the walkers, as that of `calibrate` does the starts, with the same result.
     Raises `ImportError` without emcee.
     """
     emcee = emcee_module()
@@ -153,8 +153,8 @@ def sampled(
     moves = [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)]
     state = emcee.State(np.clip(places, -FARTHEST, FARTHEST), random_state=_random_state(calibration.seed))
     done, time = 0, np.inf
-    with Workers(checked("sampled", "jobs", jobs, "", COUNT)) as workers:
-        pool = workers if workers.jobs > 1 else None
+    with used(engine) as at:
+        pool = None if at.here else at
         chains: Any = emcee.EnsembleSampler(walkers, names, density, moves=moves, pool=pool)
         try:
             for _ in chains.sample(state, iterations=steps):

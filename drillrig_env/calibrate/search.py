@@ -1,4 +1,4 @@
-"""How fits from many starts are done: by how many processes, and what of them is kept."""
+"""How fits from many starts are done: by which engine, and what of them is kept."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.calibrate.kept import Ended, Kept
-from drillrig_env.calibrate.workers import Workers
+from drillrig_env.engine import Engine, Local
 
 if TYPE_CHECKING:
     from drillrig_env.calibrate.projection import Problem
@@ -26,9 +26,9 @@ _SPEEDS = np.geomspace(0.01, 100.0, 41)
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """The processes that fit, and where fits that are done are kept; neither changes a bit of how they end."""
+    """The engine that does the fits, and where those that are done are kept; neither changes a bit of how they end."""
 
-    workers: Workers = field(default_factory=Workers)
+    engine: Engine = field(default_factory=Local)
     kept: Kept | None = None
 
     def each(
@@ -36,7 +36,7 @@ class Search:
     ) -> Iterator[tuple[int, Ended]]:
         """The number of each place and where the fit from there ended: those kept first, others as they are done."""
         if self.kept is None:
-            yield from self.workers.each(partial(solve, problem, steps), places)
+            yield from self.engine.each(partial(solve, problem, steps), places)
             return
         keys = [key_of(problem, steps, place) for place in places]
         open_ones = []
@@ -46,7 +46,7 @@ class Search:
                 open_ones.append(number)
             else:
                 yield number, ended
-        for k, ended in self.workers.each(partial(solve, problem, steps), [places[number] for number in open_ones]):
+        for k, ended in self.engine.each(partial(solve, problem, steps), [places[number] for number in open_ones]):
             self.kept.put(keys[open_ones[k]], ended)
             yield open_ones[k], ended
 

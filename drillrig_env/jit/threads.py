@@ -7,6 +7,7 @@ the same machine code sees the same numbers, whatever the number of threads.
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -19,15 +20,23 @@ _PERIODS_WORTH_A_THREAD = 192
 """Waking another thread takes as long as some hundred periods of 0.1 s of a rig."""
 
 
+_most = [sys.maxsize]
+
+
 def available_threads() -> int:
     """Cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def use_threads(most: int) -> None:
+    """Let kernels that are given no number of threads use at most so many, where other processes have their share."""
+    _most[:] = [most]
+
+
 def check_threads(threads: int | None) -> int:
     """The number of threads to use: `threads`, or all cores where it is None. `ValueError` for any other."""
     if threads is None:
-        return available_threads()
+        return min(available_threads(), *_most)
     return int(checked("threads", "threads", threads, "", COUNT))
 
 

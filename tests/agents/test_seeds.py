@@ -1,23 +1,27 @@
 """Several seeds side by side: stopped together within seconds, and gone on with, also where they had not begun."""
 
-import multiprocessing
+import io
 import os
 import signal
 import subprocess
 import sys
 import time
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from agents.policy.environment import batch_of, make_environment
-from agents.policy.run_folder import CHECKPOINT, is_finished, read_config, write_config
+from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, read_config, write_config
 from agents.training import seeds
 from agents.training.seeds import resume_seeds, train_seeds
 from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from drillrig_env import files
+from drillrig_env.command_line import Failed
+from drillrig_env.engine import Local
 from tests.agents.tiny import PPO
 
 ROOT = Path(__file__).parents[2]
@@ -67,34 +71,6 @@ def test_a_signal_to_the_parent_stops_its_trainings_and_keeps_them(number, code,
             pass
 
 
-def test_processes_that_do_not_stop_are_stopped_within_five_seconds():
-    told = []
-
-    class Process:
-        def terminate(self):
-            told.append("terminate")
-
-        def kill(self):
-            told.append("kill")
-
-    process, pressed = Process(), set()
-    for waited in (1.0, seeds._GRACE + 0.1, seeds._GRACE + 0.3, seeds._HARD + 0.1):
-        seeds._press([process], pressed, waited)
-    assert told == ["terminate", "kill"]
-    assert seeds._GRACE < seeds._HARD < 4.0 - 2 * seeds._LOOK  # a second for the process itself to end
-
-
-@pytest.mark.skipif(os.name == "nt", reason="Windows has no signals between processes")
-def test_ctrl_c_does_not_reach_a_training_that_is_still_importing():
-    spawn = multiprocessing.get_context("spawn")
-    spawn.Event()  # as every training has one; what tracks it is started first
-    process = spawn.Process(target=signal.raise_signal, args=(signal.SIGINT,))
-    seeds._start(process)
-    process.join()
-    assert process.exitcode == 0
-    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
-
-
 def test_the_end_of_a_process_does_not_look_through_all_objects():
     program = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0))"
     for call, frozen in (("", "False"), ("; from agents.training.seeds import _end_quickly; _end_quickly()", "True")):
@@ -121,13 +97,12 @@ def test_a_folder_without_runs_is_refused(tmp_path):
 
 def test_what_all_seeds_share_is_refused_before_anything_is_written(tmp_path):
     for changes, given, message in (
-        ({}, (0, 1), "seeds = 0"),
-        ({}, (2, 0), "jobs = 0"),
-        ({"hyperparams": {**PPO, "gamma": 2.0}}, (2, 1), "gamma = 2.0"),
-        ({"hyperparams": {**PPO, "n_envs": 1, "n_steps": 1}}, (2, 1), "not allowed"),
+        ({}, 0, "seeds = 0"),
+        ({"hyperparams": {**PPO, "gamma": 2.0}}, 2, "gamma = 2.0"),
+        ({"hyperparams": {**PPO, "n_envs": 1, "n_steps": 1}}, 2, "not allowed"),
     ):
         with pytest.raises(ValueError, match=message):
-            train_seeds(small(tmp_path / "runs", **changes), *given)
+            train_seeds(small(tmp_path / "runs", **changes), given)
     assert not (tmp_path / "runs").exists()
 
 
@@ -158,3 +133,54 @@ def test_neighbouring_seeds_meet_the_same_rigs_in_all_but_one_environment():
         drawn.append(batch_of(env)._generators.states)
     np.testing.assert_array_equal(drawn[0][1:], drawn[1][:-1])
     assert (drawn[0] != drawn[1]).all(axis=1).all()
+
+
+def weights(folder):
+    with zipfile.ZipFile(folder / MODEL) as archive:
+        return torch.load(io.BytesIO(archive.read("policy.pth")))
+
+
+def same_weights(one, other):
+    ours, theirs = weights(one), weights(other)
+    return ours.keys() == theirs.keys() and all(torch.equal(ours[name], theirs[name]) for name in ours)
+
+
+@pytest.mark.slow
+def test_each_seed_ends_with_the_bits_of_its_training_alone(tmp_path):
+    train_seeds(small(tmp_path / "one"), 2)
+    train_seeds(small(tmp_path / "two"), 2, Local(2))
+    train(small(tmp_path / "alone", seed=1))
+    for folder in ("one", "two"):
+        assert same_weights(tmp_path / folder / "seed_1", tmp_path / "alone")
+    assert not same_weights(tmp_path / "one" / "seed_0", tmp_path / "alone")
+
+
+def test_a_training_that_fails_leaves_the_others_alone(tmp_path, capsys):
+    """The second begins with a checkpoint that is none."""
+    for seed in (0, 1):
+        (tmp_path / f"seed_{seed}").mkdir()
+        write_config(tmp_path / f"seed_{seed}", checked_config(small(None, seed=seed)))
+    (tmp_path / "seed_0" / CHECKPOINT).write_bytes(b"no checkpoint")
+
+    class Here(Local):
+        def outcomes(self, work, pieces, *, apart=False, meanwhile=None):
+            assert apart
+            return super().outcomes(work, pieces)
+
+    with pytest.raises(Failed, match="training failed for seed_0; what it said is above"):
+        resume_seeds(tmp_path, Here(), progress=False)
+    assert f"{tmp_path / 'seed_0'}: error: " in capsys.readouterr().err
+    assert is_finished(tmp_path / "seed_1")
+
+
+def test_a_machine_that_does_not_see_the_folder_says_so(tmp_path):
+    with pytest.raises(Failed, match="does not see it; trainings need a folder that all machines of a cluster share"):
+        seeds._train_one(1, tmp_path / "seed_0")
+
+
+def test_a_run_that_another_machine_goes_on_with_names_both(tmp_path, monkeypatch):
+    write_config(tmp_path, {**checked_config(small(None)), "provenance": {"machine": "one"}})
+    monkeypatch.setattr(seeds, "provenance", lambda: {"machine": "other"})
+    for _ in range(2):
+        seeds._write_machine(tmp_path)
+    assert read_config(tmp_path)["provenance"] == {"machine": "one", "also_on": ["other"]}

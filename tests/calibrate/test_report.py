@@ -17,6 +17,7 @@ from drillrig_env.calibrate.meaning import Meaning, meanings
 from drillrig_env.calibrate.misfit import Misfit
 from drillrig_env.calibrate.pictures.parameters import draw_intervals
 from drillrig_env.calibrate.report import Report
+from drillrig_env.engine import Local
 from drillrig_env.indicators import amplitude_pulse_level, correlation
 from drillrig_env.stability import critical_speed, end_of_stick_slip, stick_slip_orbit
 from tests.calibrate.test_calibration import fitted
@@ -107,7 +108,7 @@ def test_borders_are_those_of_the_stability_of_each_rig():
 
 @pytest.mark.slow
 def test_processes_share_the_draws_to_the_last_bit():
-    alone, shared = (borders(fitted(), [10.0, 20.0], draws=3, jobs=jobs) for jobs in (1, 2))
+    alone, shared = (borders(fitted(), [10.0, 20.0], draws=3, engine=Local(jobs)) for jobs in (1, 2))
     np.testing.assert_array_equal(shared.draws, alone.draws)
 
 

@@ -11,6 +11,7 @@ from drillrig_env.calibrate import command
 from drillrig_env.calibrate import sampled as module
 from drillrig_env.calibrate.calibration import calibrate
 from drillrig_env.calibrate.sampled import Density, Sampling, draw_words, sampled, temper_of
+from drillrig_env.engine import Local
 from tests.calibrate.test_calibration import FIXED, STICKING, csv_of
 
 TWO = dict.fromkeys(FIXED) | dict.fromkeys(("K_T", "J_2", "mu_k", "mu_s - mu_k"))
@@ -81,7 +82,7 @@ def test_draws_are_those_of_the_density(found, monkeypatch):
 @pytest.mark.slow
 def test_several_processes_draw_the_same(found):
     pytest.importorskip("emcee")
-    alone, both = (sampled(found, 40, jobs=jobs) for jobs in (1, 2))
+    alone, both = (sampled(found, 40, engine=Local(jobs)) for jobs in (1, 2))
     assert alone.sampling == both.sampling
     np.testing.assert_array_equal(alone.draws, both.draws)
 

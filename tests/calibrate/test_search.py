@@ -19,7 +19,7 @@ from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.search import Search, key_of
 from drillrig_env.calibrate.unknowns import Unknowns
 from drillrig_env.calibrate.windows import Windows
-from drillrig_env.calibrate.workers import Workers
+from drillrig_env.engine import Local
 from tests.calibrate.test_calibration import FIXED, STICKING, csv_of
 
 FEW = {name: value for name, value in FIXED.items() if name != "v_b"} | dict.fromkeys(("K_T", "mu_k", "mu_s - mu_k"))
@@ -39,8 +39,8 @@ def same(one, other):
 
 @pytest.mark.slow
 def test_the_last_bit_is_the_same_from_several_processes():
-    with Workers(2) as workers:
-        same(fit(problem_of(), 5, 3), fit(problem_of(), 5, 3, search=Search(workers)))
+    with Local(2) as engine:
+        same(fit(problem_of(), 5, 3), fit(problem_of(), 5, 3, search=Search(engine)))
 
 
 def test_the_last_bit_is_the_same_after_a_stop(tmp_path, monkeypatch):
