@@ -50,6 +50,8 @@ class Checks:
 
 def last_number(value: Any) -> float | None:
     """A value as a finite number, of several samples the last one; None where it is none, or a sample is none."""
+    if type(value) is float:  # the common case
+        return value if isfinite(value) else None
     try:
         samples = [float(one) for one in value] if hasattr(value, "__len__") and not isinstance(value, str) else [value]
         numbers = [float(one) for one in samples if not isinstance(one, bool | str)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import TypeAlias
 
@@ -123,6 +124,8 @@ class Controller:
         return {name: self._samples(name, value) for name, value in measurements.items()}
 
     def _samples(self, name: str, value: float | Sequence[float]) -> list[float]:
+        if type(value) is float and isfinite(value):  # the common case, without an array
+            return [value * self._factors.get(name, 1.0)]
         try:
             samples = np.asarray(value, dtype=float).reshape(-1)
         except (TypeError, ValueError):

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+_HALF = 2.5  # s
+
 
 class Readings:
     """The latest message of measurements of the rig at `address`; those that were overtaken underway are passed over.
 
     A message has `time` (s of the rig's), `values` by channel, `reference` (rad/s) and `state`, and may have `ages`
-    (s). `same_clock` tells that this side goes by the rig's own clock. Otherwise the fastest message tells how far
-    the clocks are apart, and what is later than that is old.
+    (s). `same_clock` tells that this side goes by the rig's own clock. Otherwise the fastest message of the last
+    seconds tells how far the clocks are apart, and what is later than that is old; so a clock that jumped is got over.
     """
 
     def __init__(self, address: str, same_clock: bool = False) -> None:
@@ -23,7 +25,8 @@ class Readings:
         self._ages: Mapping[str, float] = {}
         self._time = float("-inf")
         self._same = same_clock
-        self._offset = 0.0 if same_clock else float("inf")
+        self._since = float("-inf")  # of the newer half of those seconds
+        self._offsets = (0.0, 0.0) if same_clock else (float("inf"), float("inf"))  # of the older and the newer half
 
     def take(self, message: Mapping[str, Any], clock: float) -> None:
         """Take in a message that came at a time (s) of the own clock.
@@ -36,7 +39,10 @@ class Readings:
         if not isinstance(values, Mapping):
             raise TypeError("values are no object")
         if not self._same:
-            self._offset = min(self._offset, clock - time)
+            older, newer = self._offsets
+            if clock - self._since > _HALF:
+                older, newer, self._since = newer, float("inf"), clock
+            self._offsets = older, min(newer, clock - time)
         if time <= self._time:
             return
         self._time, self.values, self.reference, self._ages, self.fresh = time, values, reference, ages, True
@@ -45,5 +51,5 @@ class Readings:
 
     def ages(self, clock: float) -> dict[str, float]:
         """How old (s) the values are at a time (s) of the own clock, by channel."""
-        underway = max(0.0, clock - self._offset - self._time)
+        underway = max(0.0, clock - min(self._offsets) - self._time)
         return {name: underway + self._ages.get(name, 0.0) for name in self.values}

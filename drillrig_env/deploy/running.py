@@ -25,6 +25,7 @@ class RunningStatistics:
         self.asked = list(statistics)
         self.period = period
         self.sources = tuple(dict.fromkeys(one["of"] for one in self.asked))
+        self._of = {source: [one for one in self.asked if one["of"] == source] for source in self.sources}
         self._mean: dict[str, float] = {}
         self._variance: dict[str, float] = {}
 
@@ -48,7 +49,7 @@ class RunningStatistics:
                 self._take(source, sample, len(measured[source]))
 
     def _take(self, source: str, sample: float, samples: int) -> None:
-        one = next(one for one in self.asked if one["of"] == source)
+        one = self._of[source][0]
         deviation = sample - self._mean[source]
         if one["samples"] > 1:
             gain = self._gain(one["time_constant"], samples)
@@ -57,7 +58,7 @@ class RunningStatistics:
             self._variance[source] = (1.0 - gain) * (self._variance[source] + deviation * step)
             return
         slow = one.get("mean_time_constant", one["time_constant"])
-        fast = next((o["time_constant"] for o in self.asked if o["of"] == source and o["is"] == "deviation"), slow)
+        fast = next((o["time_constant"] for o in self._of[source] if o["is"] == "deviation"), slow)
         self._mean[source] += self._gain(slow, samples) * deviation
         self._variance[source] += self._gain(fast, samples) * (deviation * deviation - self._variance[source])
 

@@ -25,30 +25,26 @@ class Pace:
     def __init__(self, station: Station, speed: float = 1.0, waits: bool = False) -> None:
         self.station, self.speed, self.waits = station, speed, waits
         self.receivers: list[Callable[[dict[str, Any]], None]] = []
-        self._busy = False
+        self._one = asyncio.Lock()
         self._until, self._first = 0.0, False
         self._asked, self._reached = asyncio.Event(), asyncio.Event()
 
     async def ask(self, until: float, first: bool) -> float:
         """Let the time of a rig that waits run until a time (s), or to the `first` message; the time it is then.
 
-        `ValueError` where it does not wait, another client asks just now, or the time is none or far away.
+        Of several clients each waits for its turn. `ValueError` where it does not wait, or the time is none or far off.
         """
-        if not self.waits or self._busy:
-            reason = "another client asks" if self.waits else "the rig does not wait"
-            raise ValueError(f"until is not allowed: {reason}")
-        ahead = until - self.station.time
-        if not ahead <= _FURTHEST:
-            raise refuse("until", "until", until, "s", f"a time up to {_FURTHEST:g} s from now")
-        self._busy = True
-        self._until, self._first = until, first
-        self._reached.clear()
-        self._asked.set()
-        try:
+        if not self.waits:
+            raise ValueError("until is not allowed: the time of this rig does not wait")
+        async with self._one:
+            ahead = until - self.station.time
+            if not ahead <= _FURTHEST:
+                raise refuse("until", "until", until, "s", f"a time up to {_FURTHEST:g} s from now")
+            self._until, self._first = until, first
+            self._reached.clear()
+            self._asked.set()
             await self._reached.wait()
-        finally:
-            self._busy = False
-        return self.station.time
+            return self.station.time
 
     async def run(self) -> None:
         """Let the time run until the station's rig is over."""

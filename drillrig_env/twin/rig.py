@@ -76,7 +76,7 @@ class SimulatedRig:
         self.delay = asked
         units = {channel.name: channel.unit for channel in CHANNELS}
         self.channels: dict[str, str] = {name: units[name] for name in names}
-        self._recent: deque[dict[str, float]] = deque([self._seen()], maxlen=PARTS)
+        self._recent = deque([self.core.observations[0]], maxlen=PARTS)
         window = round(WINDOW * usual.scales.time / self.part)
         self._bit: deque[tuple[float, float, float]] = deque(maxlen=window)
 
@@ -122,18 +122,15 @@ class SimulatedRig:
         """Let a part of a control period pass, with the speed reference as it is."""
         self.core.step(_STILL)
         episode = self.core.episodes[0]
-        self._recent.append(self._seen())
+        self._recent.append(self.core.observations[0])
         self._bit.append((episode["lowest"], episode["highest"], episode["average"]))
 
     def measure(self) -> dict[str, Any]:
         """What the instruments show of the last control period, by channel in SI units; of the bit speed its parts."""
-        shown: dict[str, Any] = dict(self._recent[-1])
+        seen = self.core.sensors.values(np.array(self._recent), self.target)
+        shown: dict[str, Any] = {name: float(values[-1]) for name, values in seen.items()}
         if _AVERAGED in shown:
-            shown[_AVERAGED] = sum(one[_AVERAGED] for one in self._recent) / len(self._recent)
+            shown[_AVERAGED] = float(seen[_AVERAGED].mean())
         if _SAMPLED in shown:
-            shown[_SAMPLED] = [one[_SAMPLED] for one in self._recent]
+            shown[_SAMPLED] = seen[_SAMPLED].tolist()
         return shown
-
-    def _seen(self) -> dict[str, float]:
-        seen = self.core.sensors.values(self.core.observations, self.core.episodes["speed_target"])
-        return {name: float(value[0]) for name, value in seen.items()}

@@ -1,6 +1,7 @@
 """The loop keeps its beat, its log is a record of the rig, and a replay of the log gives the same commands."""
 
 import gc
+from errno import ENOSPC
 from time import thread_time
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from drillrig_env.calibrate.records import read_record
 from drillrig_env.deploy import Limits, Operator, State, Supervisor, Timing, read_log, replay_log, run_loop
+from drillrig_env.deploy.log import Log, Row
 from drillrig_env.deploy.replay import main
 from drillrig_env.twin.dry_run import DryRig
 
@@ -186,6 +188,69 @@ def test_timing_says_nothing_before_the_first_step():
     assert str(Timing()) == "no control step"
     with pytest.raises(ValueError, match="no control step has been done"):
         Timing().percentile(50.0)
+
+
+def test_a_row_that_a_crash_has_cut_short_is_left_out(logged, tmp_path):
+    text = logged[0].read_text()
+    cut = tmp_path / "cut.csv"
+    for length in (1, 20, 60):
+        cut.write_text(text[:-length])
+        found = replay_log(cut)
+        assert (found.steps, found.differing) == (299, 0)
+
+
+def test_a_log_that_cannot_go_on_ends_with_a_whole_row(tmp_path):
+    log = tmp_path / "run.csv"
+
+    class Full:
+        """A file on a disk with room for some thousand bytes, that then takes a part of a row."""
+
+        def __init__(self, file):
+            self.file, self.room = file, 3000
+
+        def write(self, content):
+            if self.room == 0:
+                raise OSError(ENOSPC, "No space left on device")
+            taken = content[: self.room]
+            self.room -= len(taken)
+            return self.file.write(taken)
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+    supervisor = Supervisor("constant")
+    supervisor.start(2.0, 3.0, dict.fromkeys(supervisor.channels, 0.5))
+    with Log(log, supervisor, dict.fromkeys(supervisor.channels, 0.5)) as book:
+        book._file = Full(book._file)
+        for step in range(60):
+            measured = dict.fromkeys(supervisor.channels, 0.5 + 0.001 * step)
+            given = supervisor.step(measured, 0.1 * (step + 1))
+            book.write(Row(0.1 * (step + 1), measured, 3.0, given), given)
+        assert book.failed == f"{log} cannot be written: no space left on device"
+    assert len(supervisor.events.of("log")) == 1
+    found = replay_log(log)
+    assert found.differing == 0
+    assert 10 < found.steps < 60
+    assert log.read_text().endswith("\n")
+
+
+def test_the_reference_is_asked_for_when_all_is_ready():
+    rig, asked = DryRig(3), []
+
+    def arm():
+        asked.append(rig.steps)
+        return 1.5
+
+    run = run_loop(Supervisor("constant"), rig, reference=arm, target=3.0, steps=3, clock=(clock := Clock()),
+                   sleep=clock.sleep)  # fmt: skip
+    assert (len(run.took), asked) == (3, [0])
+    assert rig.reference == pytest.approx(1.5 + 3 * 0.2)
+
+
+def test_the_operator_leaves():
+    supervisor, timing, rig = run(rig=DryRig(3), steps=50, operator=lambda step: Operator(leave=step == 7))
+    assert len(timing.took) == rig.steps == 7
+    assert supervisor.state is State.NORMAL
 
 
 def test_what_cannot_be_run_is_refused():

@@ -20,6 +20,18 @@ def test_ages_count_from_the_fastest_message():
     assert readings.ages(1001.30) == {"current": pytest.approx(0.6)}
 
 
+def test_a_clock_that_jumps_is_got_over():
+    readings = Readings("rig")
+    for k in range(200):
+        jump = 3.0 if k >= 100 else 0.0  # the rig's clock stood still for 3 s
+        readings.take(message(0.1 * k), clock=0.1 * k + jump)
+        age = readings.ages(0.1 * k + jump)["current"]
+        assert age == pytest.approx(3.0 if 100 <= k < 120 else 0.0) or 120 <= k < 152
+    for k in range(200, 300):  # and what grows slower and slower is old
+        readings.take(message(0.1 * k), clock=0.12 * k + jump)
+    assert readings.ages(0.12 * k + jump)["current"] > 0.4
+
+
 def test_what_was_overtaken_is_passed_over():
     readings = Readings("rig", same_clock=True)
     readings.take(message(1.1), 1.2)

@@ -1,11 +1,15 @@
 """Whatever is wrong with the measurements, the reference is held, then a simple law's, then ramped to a safe speed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from drillrig_env.deploy import Controller, Limits, State, Supervisor
+from baselines import ZTorque
+from drillrig_env.deploy import Controller, Limits, State, Supervisor, shipped_policies
+from drillrig_env.deploy.export import export
+from drillrig_env.rig import Rig
 from drillrig_env.twin.dry_run import DryRig
 
 pytest.importorskip("onnxruntime")
@@ -210,6 +214,29 @@ def test_a_restart_in_a_fault_is_refused():
 def test_what_makes_no_sense_is_named(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize("policy", shipped_policies())
+def test_limits_that_are_not_given_are_those_of_the_policys_rig(policy):
+    assert Supervisor(policy).limits == Limits()  # the chapter's
+
+
+def test_limits_grow_with_the_rig(tmp_path):
+    slow, strong = 4.0, 9.0  # the chapter's rig with time running four times slower, and torques nine times as large
+    chapter = Rig()
+    scaled = {name: getattr(chapter, name) * strong for name in ("k_1", "k_2")}
+    scaled |= {name: getattr(chapter, name) * strong * slow for name in ("d_1", "d_2")}
+    scaled |= {name: getattr(chapter, name) * strong * slow**2 for name in ("J_1", "J_2", "J_3")}
+    export(ZTorque(sensors="surface", rig=replace(chapter, **scaled)), tmp_path / "law.onnx")
+    limits = Supervisor(tmp_path / "law.onnx").limits
+    assert limits.highest_reference == pytest.approx(10.0 / slow)
+    assert limits.rate == pytest.approx(2.0 / slow**2)
+    assert limits.ramp == pytest.approx(0.5 / slow**2, rel=5e-3)
+    assert limits.torque == pytest.approx(1.5 * strong, rel=0.3)  # damped otherwise: loads are less
+    assert (limits.stale, limits.hold_time, limits.fallback_time) == (1.0, 4.0, 40.0)
+    assert limits.frozen == 20
+    about = Supervisor(tmp_path / "law.onnx").controller.file.about
+    assert Limits.for_policy(about, rate=0.01, fallback="z_torque").rate == 0.01
 
 
 @pytest.mark.parametrize("rig", range(4))

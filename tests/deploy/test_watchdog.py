@@ -42,6 +42,27 @@ def test_it_never_raises_the_speed_by_itself():
     assert dog.reference(5.0) == 0.4
 
 
+def test_what_is_given_back_in_order_stays_as_it_is():
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    dog.arm(3.0, 0.0)
+    dog.release(0.1)
+    assert not dog.command(5.0, 0.2)
+    assert dog.reference(60.0) == 3.0
+    assert [event.kind for event in dog.events.kept] == ["armed", "released"]
+    dog.arm(3.0, 61.0)
+    dog.release(70.0)  # too late: it has taken over
+    assert [event.kind for event in dog.events.kept][2:] == ["armed", "watchdog"]
+    assert dog.reference(80.0) == 1.0
+
+
+def test_of_a_row_of_impossible_commands_the_first_is_told():
+    dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
+    dog.arm(2.0, 0.0)
+    for command in (math.nan, 99.0, 2.0, True):
+        dog.command(command, 0.1)
+    assert [event.kind for event in dog.events.kept] == ["armed", "refused", "refused"]
+
+
 @pytest.mark.parametrize("command", [math.nan, math.inf, -0.1, 10.1, None, "3"])
 def test_impossible_commands_are_none(command):
     dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)

@@ -130,7 +130,13 @@ def test_a_client_that_goes_leaves_the_rig_to_the_watchdog():
 def test_time_does_not_wait_where_it_is_not_asked_to():
     with serving(waits=False, speed=20.0) as served:
         client = Client(served, HELLO, {"until": 5.0})
-        assert "the rig does not wait" in client.answer("refused")["refused"]
+        assert "the time of this rig does not wait" in client.answer("refused")["refused"]
+
+
+def test_of_two_that_ask_for_time_each_gets_it(served):
+    one, other = Client(served, HELLO, {"until": 1.0, "first": False}), Client(served, HELLO, {"until": 0.5})
+    times = sorted([one.answer("now")["now"], other.answer("now")["now"]])
+    assert times[-1] == pytest.approx(1.0)
 
 
 def test_a_client_that_does_not_read_is_left_and_holds_nobody_up():
