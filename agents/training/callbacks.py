@@ -55,7 +55,7 @@ class Evaluate(BaseCallback):
         self.history = {name: list(saved[name][kept]) for name in self.history}
 
     def _on_rollout_start(self) -> None:
-        last = self.history["timesteps"][-1] if self.history["timesteps"] else 0
+        last = self.history["timesteps"][-1] if self.history["timesteps"] else -1  # a curve begins at step 0
         if self.num_timesteps // self.every > last // self.every:
             self._evaluate()
 

@@ -21,6 +21,9 @@ from drillrig_env.evaluation.tables import best_first
 from drillrig_env.scales import CONTROL_PERIOD
 
 REGIONS = ("below", "bistable")
+ACTION_ZERO = "constant"
+"""The policy whose action is always 0."""
+
 TRACES = ("lowest", "highest", "average", "top_speed", "speed_reference", "torque_into_string")
 """What is kept of each control step: bit speed and speeds (rad/s), string torque (N m)."""
 
@@ -74,9 +77,10 @@ def typical_rigs(scores: Scores | Mapping[str, npt.NDArray[Any]]) -> dict[str, i
 
 
 def worth_showing(results: Mapping[str, Scores], kept: Iterable[str], most: int = 4) -> list[str]:
-    """The policies whose histories are drawn: of those kept the first, and then the best ones."""
-    first, *others = list(kept)
-    return [first, *(name for name in best_first(results) if name in others)][:most]
+    """The policies whose histories are drawn: `constant`, which shows what nobody's help is, and then the best ones."""
+    there = set(kept)
+    first = [ACTION_ZERO] if ACTION_ZERO in there else []
+    return [*first, *(name for name in best_first(results) if name in there - {ACTION_ZERO})][:most]
 
 
 def times(history: History, time_scale: float = 1.0) -> npt.NDArray[np.float64]:

@@ -122,12 +122,12 @@ def test_a_rig_of_ones_own_goes_into_the_config_whole(tmp_path):
 def test_evaluations_keep_the_best_and_the_last_model(tmp_path):
     folder = train(small(tmp_path, eval_freq=128))
     with np.load(folder / "evaluations.npz") as saved:
-        assert saved["timesteps"].tolist() == [128, 256, 384, 512]
-        assert saved["results"].shape == saved["mitigated"].shape == saved["ep_lengths"].shape == (4, 4)
+        assert saved["timesteps"].tolist() == [0, 128, 256, 384, 512]
+        assert saved["results"].shape == saved["mitigated"].shape == saved["ep_lengths"].shape == (5, 4)
         assert np.all(saved["results"] < 0)
         ranks = list(zip(saved["mitigated"].mean(axis=1), saved["results"].mean(axis=1), strict=True))
     best = load_policy(folder, best=True).model.num_timesteps
-    assert best == 128 * (1 + ranks.index(max(ranks)))
+    assert best == 128 * ranks.index(max(ranks))
     assert load_policy(folder).model.num_timesteps == 512
     assert not (train(small(tmp_path, eval_freq=-1)) / "evaluations.npz").exists()
 

@@ -57,12 +57,13 @@ def test_file_with_pickled_objects_is_refused():
         Histories.unpacked(buffer.getvalue())
 
 
-def test_first_policy_and_the_best_of_those_kept_are_worth_showing():
+def test_action_zero_and_the_best_of_those_kept_are_worth_showing():
     calm = np.ones(10, dtype=bool)
     results = {
-        name: {"mitigated": np.arange(10) < count, "calm": calm} for name, count in zip("abcdef", range(6), strict=True)
+        name: {"mitigated": np.arange(10) < count, "calm": calm}
+        for name, count in zip(["a", "b", "constant", "d", "e", "f"], range(6), strict=True)
     }
-    assert worth_showing(results, ["c", "a", "b", "d", "e"]) == ["c", "e", "d", "b"]
-    assert worth_showing(results, ["c", "a", "f"]) == ["c", "f", "a"]
-    assert worth_showing(results, ["e", "f", "a"], most=2) == ["e", "f"]
+    assert worth_showing(results, ["a", "b", "constant", "d", "e"]) == ["constant", "e", "d", "b"]
+    assert worth_showing(results, ["a", "f", "constant"]) == ["constant", "f", "a"]
+    assert worth_showing(results, ["e", "f", "a"], most=2) == ["f", "e"]
     assert worth_showing(results, ["a"]) == ["a"]

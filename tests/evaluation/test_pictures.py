@@ -81,7 +81,7 @@ def test_histories_show_bit_speed_reference_and_torque_of_one_rig(comparison):
     assert "ω_c = " in picture.caption
 
 
-def test_at_most_four_histories_are_worth_showing_the_first_and_the_best(comparison):
+def test_at_most_four_histories_are_worth_showing_action_zero_and_the_best(comparison):
     results, histories = comparison
     scores = results.scores["default"]
     assert worth_showing(scores, histories.of("default", "below"))[0] == "constant"
