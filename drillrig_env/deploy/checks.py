@@ -53,7 +53,7 @@ def last_number(value: Any) -> float | None:
     if type(value) is float:  # the common case
         return value if isfinite(value) else None
     try:
-        samples = [float(one) for one in value] if hasattr(value, "__len__") and not isinstance(value, str) else [value]
+        samples = list(value) if hasattr(value, "__len__") and not isinstance(value, str) else [value]
         numbers = [float(one) for one in samples if not isinstance(one, bool | str)]
     except (TypeError, ValueError):
         return None

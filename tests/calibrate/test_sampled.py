@@ -112,6 +112,7 @@ def test_chains_that_are_too_short_change_no_draw(found, monkeypatch):
 
     ended = sampled(found, 500, stop)
     assert not ended.sampling.converged
+    assert ended.sampling.off == 0.0  # of draws that were not made
     np.testing.assert_array_equal(ended.draws, found.draws)
 
 

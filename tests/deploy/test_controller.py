@@ -29,7 +29,7 @@ def step_with_samples(core, action):
     return memory["work"]["speed_samples"][0, :SAMPLES].tolist()
 
 
-@pytest.mark.parametrize(("policy", "sensors"), [("ppo", "state"), ("z_torque", "surface")])
+@pytest.mark.parametrize(("policy", "sensors"), [("ppo", "state"), ("z_torque", "surface"), ("ppo_surface", "surface")])
 def test_running_means_and_references_are_those_of_the_environment(policy, sensors):
     core = EpisodeBatch(1, sensors=sensors, noise=0.0, delay=0)
     core.reset(np.arange(1), first_uniforms(VALIDATION_SEEDS.start + 3, 1))

@@ -92,6 +92,10 @@ def test_a_log_that_was_changed_is_noticed(logged, tmp_path, capsys):
     cells[4] = repr(float(cells[4]) + 0.05)  # the torque
     changed = tmp_path / "changed.csv"
     changed.write_text("".join([*lines[:30], ",".join(cells), *lines[31:]]))
+    found = replay_log(changed)
+    assert 0 < found.differing <= 272
+    assert found.first == 28
+    assert found.largest > 0.0
     assert main([str(changed)]) == 1
     assert "the first that differs is step 28" in capsys.readouterr().err
     changed.write_text("".join([*lines[:30], "0.1,x\n"]))

@@ -85,5 +85,5 @@ def test_missing_values_beside_a_glitch_change_nothing():
 
 
 def test_what_loggers_write_for_no_value_is_none():
-    signal = np.array([1.0, -999.25, np.inf, -9999.0, 1e31, np.nan, -999.0, -2.0])
-    assert np.flatnonzero(np.isnan(without_values(signal))).tolist() == [1, 2, 3, 4, 5]
+    signal = np.array([1.0, -999.25, np.inf, -9999.0, 1e31, np.nan, -99999.0, -9999.25, -999.0, -2.0])
+    assert np.flatnonzero(np.isnan(without_values(signal))).tolist() == [1, 2, 3, 4, 5, 6, 7]
