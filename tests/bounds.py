@@ -19,7 +19,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
-EXTRAS = "agents,export,plot,posterior,records,render"
+EXTRAS = "agents,export,plot,posterior,records,render,room"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -51,7 +51,7 @@ def environment(name: str) -> Path:
     kept.write_text(torch_of_constraints(), encoding="utf-8")
     install = ("pip", "install", "--python", python)
     uv(*install, "--resolution", RESOLUTIONS[name], "--override", kept, "--upgrade", "--editable", f"{ROOT}[{EXTRAS}]")
-    uv(*install, "pytest>=8", "pytest-xdist", "mpmath")
+    uv(*install, "pytest>=8", "pytest-xdist", "mpmath", "httpx2")
     return python
 
 

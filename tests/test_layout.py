@@ -42,6 +42,7 @@ FLOORS = [
     ["calibrate", "validation"],
     ["deploy"],
     ["twin"],
+    ["room"],
     ["cli"],
 ]
 """The rooms of `drillrig_env` from the ground up; those of one floor may not import each other, but for the ground."""

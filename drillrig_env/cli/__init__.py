@@ -23,6 +23,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "measured": ("drillrig_env.calibrate.measured", "score a measured run against the model"),
     "evaluate": ("drillrig_env.cli.evaluate", "compare policies on the same random rigs"),
     "train": ("drillrig_env.cli.train", "train an agent (in a clone of the project)"),
+    "room": ("drillrig_env.room.command", "the control room: two rigs live in the browser, hands on force and speed"),
     "export": ("drillrig_env.deploy.export", "write a law or a trained agent as one ONNX file, for hardware"),
     "twin": ("drillrig_env.twin.command", "run a simulated rig in a process of its own, to connect to"),
     "run": ("drillrig_env.deploy.run", "let a policy's file control a rig that is connected: real, or a twin"),

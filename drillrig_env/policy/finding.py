@@ -71,6 +71,11 @@ class PolicySource:
         return made
 
 
+def installed_names() -> list[str]:
+    """The names of all policies that are installed."""
+    return list(_installed())
+
+
 def policy_names() -> list[str]:
     """The names of all policies that are installed, and of the trained agents where the clone is at hand."""
     return [*_installed(), *(_agents().agent_names() if _AGENTS.is_file() else ())]

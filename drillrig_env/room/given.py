@@ -1,0 +1,102 @@
+"""What the operator gives over time: target, normal force, friction; at once, or by a ramp.
+
+The lanes take it as a course of their scenario, of which a row holds for a control step, so that the environment plays
+the same run again from what was written there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from drillrig_env.arrays import FloatArray
+from drillrig_env.course import COLUMNS
+from drillrig_env.env.task import Task
+from drillrig_env.friction import Friction
+from drillrig_env.parameters import POSITIVE, Allowed, checked, closest, refuse
+
+_LONGEST_RAMP = 600.0
+"""Longest time of a ramp on the chapter's rig, s."""
+
+
+@dataclass(frozen=True)
+class _Ramp:
+    """From one value to another between two control steps."""
+
+    first: int
+    steps: int
+    start: float
+    end: float
+
+    def at(self, step: int) -> float:
+        """The value that holds in a control step."""
+        share = min((step + 1 - self.first) / self.steps, 1.0)
+        return self.start + share * (self.end - self.start) if share < 1.0 else self.end
+
+
+class Given:
+    """The values of `drillrig_env.course.COLUMNS` now, the ramps under way, and what is planned for later.
+
+    `values` are the first ones by name; `plan` has, by control step, values that then come by themselves.
+    """
+
+    def __init__(self, task: Task, values: dict[str, float], plan: dict[int, dict[str, float]] | None = None) -> None:
+        self._task = task
+        self.values = {name: values[name] for name in COLUMNS}
+        self._ramps: dict[str, _Ramp] = {}
+        self._plan = dict(plan or {})
+        self._check(self.values)
+
+    def set(self, changes: Mapping[str, float | str]) -> None:
+        """Take values from the coming control step on. `ValueError` with the rig's own sentence; then nothing changes.
+
+        A ramp of such a value ends.
+        """
+        for name in changes:
+            if name not in COLUMNS:
+                raise ValueError(f"control room: unknown value {name!r}; {closest(name, COLUMNS)}")
+        values = {**self.values, **changes}
+        self._check(values)
+        self.values = {name: float(value) for name, value in values.items()}
+        for name in changes:
+            self._ramps.pop(name, None)
+
+    def ramp(self, name: str, to: float | str, seconds: float | str, step: int) -> None:
+        """Go to a value within so many seconds (s), from control step `step` on. `ValueError` as for `set`."""
+        longest = _LONGEST_RAMP * self._task.scales.time
+        lasts: float = checked("control room", "time of a ramp", seconds, "s", Allowed(0.0, longest, low_open=True))
+        if name not in COLUMNS:
+            raise ValueError(f"control room: unknown value {name!r}; {closest(name, COLUMNS)}")
+        self._check({**self.values, name: to})
+        steps = max(round(lasts / self._task.control_period), 1)
+        self._ramps[name] = _Ramp(step, steps, self.values[name], float(to))
+
+    @property
+    def ramps(self) -> dict[str, float]:
+        """Where the ramps under way lead, by name."""
+        return {name: ramp.end for name, ramp in self._ramps.items()}
+
+    def row(self, step: int) -> FloatArray:
+        """The values of a control step, in the order of `COLUMNS`; called once for each, one after the other."""
+        if step in self._plan:
+            self.values.update(self._plan[step])
+        for name, ramp in list(self._ramps.items()):
+            self.values[name] = ramp.at(step)
+            if self.values[name] == ramp.end:
+                del self._ramps[name]
+        return np.array(list(self.values.values()))
+
+    def friction(self) -> Friction:
+        """The friction that is given now, under the task's law."""
+        given = self.values
+        law = self._task.scenario.friction.law
+        return Friction(given["normal_force"], given["mu_s"], given["mu_k"], given["v_b"], law=law)
+
+    def _check(self, values: Mapping[str, Any]) -> None:
+        if not self._task.targets.holds(values["speed_target"]):
+            raise refuse("control room", "speed_target", values["speed_target"], "rad/s", self._task.targets)
+        checked("control room", "v_b", values["v_b"], "s/rad", POSITIVE)
+        Friction(values["normal_force"], values["mu_s"], values["mu_k"], values["v_b"])
