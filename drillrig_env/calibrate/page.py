@@ -38,7 +38,7 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 def _figure(path: Path, caption: str) -> str:
     content = base64.b64encode(path.read_bytes()).decode("ascii")
-    image = f'<img src="data:image/png;base64,{content}" alt="{escape(path.stem)}">'
+    image = f'<img src="data:image/png;base64,{content}" alt="{escape(caption)}">'
     return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
 
 

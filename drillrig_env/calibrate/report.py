@@ -20,6 +20,7 @@ from drillrig_env.calibrate.laws import LAW_HEADINGS, law_rows, law_words
 from drillrig_env.calibrate.meaning import SPEEDS, Meaning, band, meanings_of
 from drillrig_env.calibrate.misfit import Misfit, misfit_words, misfits
 from drillrig_env.calibrate.sampled import draw_words
+from drillrig_env.calibrate.unknowns import UNITS
 from drillrig_env.engine import Engine
 from drillrig_env.evaluation.provenance import provenance
 
@@ -142,12 +143,12 @@ def _at_bounds(calibration: Calibration) -> list[str]:
     return [f"At a bound, {np.exp(FARTHEST):.0f} times off where the fit began: {', '.join(names)}; {why}"]
 
 
-PARAMETERS = ["parameter", "value", "90 % interval", "+-", "known"]
+PARAMETERS = ["parameter", "value", "unit", "90 % interval", "+-", "known"]
 
 
 def parameter_rows(calibration: Calibration) -> list[list[str]]:
     """A row of text for each parameter, under `PARAMETERS`."""
     return [
-        [name, f"{value:.4g}", f"{low:.4g} to {high:.4g}", f"{50.0 * (high - low) / value:.1f} %", told]
+        [name, f"{value:.4g}", UNITS[name], f"{low:.4g} to {high:.4g}", f"{50.0 * (high - low) / value:.1f} %", told]
         for name, value, low, high, told in calibration.rows()
     ]

@@ -19,6 +19,11 @@ _NOT_LOOKED_FOR = ("eta", "r_1", "omega_s")
 
 OF_RIGS = tuple(item.name for item in fields(Rig) if item.name not in _NOT_LOOKED_FOR)
 
+UNITS = {item.name: str(item.metadata["unit"]) for item in fields(Rig)} | dict(
+    zip(OF_FRICTION, ("", "", "s/rad"), strict=True)
+)
+"""Of the parameters by name; empty where there is none."""
+
 WIDE = log(3.0)
 """Standard deviation of a logarithm of which nothing is known but where the fit begins: a factor of 3."""
 

@@ -17,6 +17,7 @@ from drillrig_env.calibrate.meaning import Meaning, meanings
 from drillrig_env.calibrate.misfit import Misfit
 from drillrig_env.calibrate.pictures.parameters import draw_intervals
 from drillrig_env.calibrate.report import Report
+from drillrig_env.calibrate.unknowns import OF_FRICTION, OF_RIGS, UNITS
 from drillrig_env.engine import Local
 from drillrig_env.indicators import amplitude_pulse_level, correlation
 from drillrig_env.stability import critical_speed, end_of_stick_slip, stick_slip_orbit
@@ -201,3 +202,9 @@ def test_where_the_model_does_not_follow_the_records_the_table_says_so():
     assert good.tables()[0][0] == "Parameters"
     assert "do not believe these intervals" in bad.tables()[0][0]
     assert bad.sentences()[0].startswith("run.csv: the model is off current by 0.5 A")
+
+
+def test_every_parameter_that_has_a_unit_is_told_with_it():
+    assert {name for name, unit in UNITS.items() if not unit} == {"eta", "mu_k", "mu_s - mu_k"}
+    assert set(UNITS) >= {*OF_RIGS, *OF_FRICTION}
+    assert (UNITS["J_1"], UNITS["v_b"]) == ("kg m^2", "s/rad")
