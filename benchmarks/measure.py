@@ -17,7 +17,8 @@ from typing import Any
 
 from drillrig_env import markdown
 from drillrig_env.command_line import deaf_to_interrupt
-from drillrig_env.evaluation.provenance import processor, provenance
+from drillrig_env.engine.likeness import processor
+from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.files import check_writable_file, json_text, write_text
 
 LEAST_SECONDS = 0.02

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from drillrig_env.env.sensors import observation_table
     from drillrig_env.env.task import Task
     from drillrig_env.env.wandering import Wandering
+    from drillrig_env.evaluation.evaluate import evaluate
     from drillrig_env.friction import Friction
     from drillrig_env.friction.own import Law
     from drillrig_env.friction.tilt import Tilt
@@ -58,6 +59,7 @@ __all__ = [
     "Task",
     "Tilt",
     "Wandering",
+    "evaluate",
     "make_sb3",
     "observation_table",
     "policy",
@@ -82,6 +84,7 @@ _PLACES = {
     "Task": "drillrig_env.env.task",
     "Tilt": "drillrig_env.friction.tilt",
     "Wandering": "drillrig_env.env.wandering",
+    "evaluate": "drillrig_env.evaluation.evaluate",
     "observation_table": "drillrig_env.env.sensors",
     "policy": "drillrig_env.policy",
     "simulate": "drillrig_env.simulation",

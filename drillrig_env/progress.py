@@ -25,7 +25,7 @@ class Progress:
         self._file = file or sys.stderr
         self._bar = _bar(self._file) if self._file.isatty() else None
         self._task: Any = None
-        self._part, self._begun, self._done = "", 0.0, 0
+        self._begun, self._done = dict[str, float](), 0
 
     def __enter__(self) -> Self:
         if self._bar is not None:
@@ -41,14 +41,13 @@ class Progress:
 
     def show(self, part: str, done: int, of: int, note: str = "") -> None:
         """Of the part of this name `done` steps of `of` are done; a `note` of how it goes stands behind it."""
-        if part != self._part:
-            self._part, self._begun = part, time.monotonic()
+        begun = self._begun.setdefault(part, time.monotonic())
         if done == of:
             self._done += 1
         if self._bar is not None:
             self._bar.update(self._task, description=f"{self.title}: {part}{note}", completed=done, total=of)
         elif done == of:
-            spent = time.monotonic() - self._begun
+            spent = time.monotonic() - begun
             print(f"{self.title}: {part} done in {spent:.1f} s ({self._done} of {self.parts}){note}", file=self._file)
             self._file.flush()
 

@@ -91,7 +91,7 @@ def test_baselines_that_nobody_named_are_left_out_with_a_reason():
 
 def test_an_output_that_cannot_be_written_is_found_out_before_any_policy_runs(tmp_path, monkeypatch, capsys):
     (tmp_path / "file").touch()
-    monkeypatch.setattr("drillrig_env.evaluation.contest.run", None)
+    monkeypatch.setattr("drillrig_env.evaluation.pieces.run", None)
     assert evaluate("constant", *FEW, "--output", tmp_path / "file" / "results") == 1
     assert "cannot be written" in capsys.readouterr().err
 

@@ -29,7 +29,7 @@ def test_resume_goes_on_where_it_was_cut(tmp_path, monkeypatch, capsys):
             raise KeyboardInterrupt
         return run(policy, one, **arguments)
 
-    monkeypatch.setattr("drillrig_env.evaluation.contest.run", interrupted)
+    monkeypatch.setattr("drillrig_env.evaluation.pieces.run", interrupted)
     assert evaluate(*names, "--output", cut) == 130
     assert f"what was finished is in {cut}; to go on: python eval.py constant" in (said := capsys.readouterr().err)
     assert said.rstrip().endswith("--resume")
@@ -95,7 +95,7 @@ def test_a_stop_keeps_what_was_finished(stop, code, tmp_path, monkeypatch, capsy
             raise stop
         return run(policy, one, **arguments)
 
-    monkeypatch.setattr("drillrig_env.evaluation.contest.run", stopped)
+    monkeypatch.setattr("drillrig_env.evaluation.pieces.run", stopped)
     assert evaluate("constant", "jump_ease", *FEW, "--output", tmp_path, "--overwrite") == code
     said = capsys.readouterr().err
     assert "Traceback" not in said
@@ -117,7 +117,7 @@ def test_more_policies_join_what_is_there(tmp_path):
 def test_tables_are_printed_again_without_running(tmp_path, monkeypatch, capsys):
     evaluate("constant", "jump_ease", *FEW, "--output", tmp_path, "--details")
     first = capsys.readouterr().out
-    monkeypatch.setattr("drillrig_env.evaluation.contest.run", None)
+    monkeypatch.setattr("drillrig_env.evaluation.pieces.run", None)
     assert evaluate("--from", tmp_path, "--no-pictures", "--details") == 0
     assert capsys.readouterr().out.split("results.csv")[0].strip() == first.split("results.csv")[0].strip()
     with pytest.raises(SystemExit):

@@ -12,7 +12,7 @@ COMMANDS = [
     ("drillrig_env.cli.info", "--write {}/rig.toml", "drillrig_env.toml.write_text"),
     ("drillrig_env.cli.simulate", "--csv {}/run.csv", "drillrig_env.simulation.simulate"),
     ("drillrig_env.cli.simulate", "--picture {}/run.png", "drillrig_env.simulation.simulate"),
-    ("drillrig_env.cli.evaluate", "constant --output {}", "drillrig_env.evaluation.contest.run"),
+    ("drillrig_env.cli.evaluate", "constant --output {}", "drillrig_env.evaluation.pieces.run"),
     ("drillrig_env.plots.__main__", "--output {}", "drillrig_env.plots.figures.write"),
     ("drillrig_env.plots.animation", "--output {}/film.gif", "drillrig_env.plots.animation.save"),
     ("docs.make.__main__", "agents --docs {}", "docs.make.agents.page"),

@@ -7,13 +7,15 @@
   drillrig evaluate --env DrillRigSurface-v0 --output results/surface
   drillrig evaluate --rig my_rig.toml                   # on a rig of your own
   drillrig evaluate --rig my_rig --suite default        # on rigs that a calibration allows, by its folder
+  drillrig evaluate --suite default --rigs 100000 --on ray  # in pieces, side by side
   drillrig evaluate --from results                      # the tables and pictures again, without running
 
 In a clone, `python eval.py` is the same. A policy is an installed one by name, the folder of a training run (or a
 trained agent of the clone, by name), a folder of several runs of one algorithm (its training seeds, pooled), or
 FILE.py:CLASS. Without names, every installed policy and trained agent competes that can work with the
 environment's sensors, slow ones excepted. A policy that fails is reported, and the others go on. Policies run one after
-another: the rigs of a suite already share all cores.
+another: the rigs of a suite already share all cores. Beyond one machine --on has a Ray cluster do them, with the same
+results; see docs/scale.md. Of suites of more than 10,000 rigs rows are kept in Parquet files (extra `scale`).
 
 Results that are there are never written over unasked. The same command again makes the same files again; where
 there is anything that it would not make again it is refused, and --resume keeps that, --overwrite replaces it. Named
@@ -38,18 +40,21 @@ from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.calibrate.posterior import Posterior
 from drillrig_env.calibrate.verdict_rigs import VerdictRigs
 from drillrig_env.command_line import DONE, FAILED, Parser, command
+from drillrig_env.engine import Engine
 from drillrig_env.env.steady import check_steady
 from drillrig_env.evaluation.beginning import begin
 from drillrig_env.evaluation.contest import Contestant, Failure, config_of, run_contest
 from drillrig_env.evaluation.contestants import find_contestants
 from drillrig_env.evaluation.histories import Histories
+from drillrig_env.evaluation.large import check_large
+from drillrig_env.evaluation.provenance import note_processors
 from drillrig_env.evaluation.report import print_suite
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.store import clear_pictures, read, read_histories, save
-from drillrig_env.evaluation.suites import OF_ONE_RIG, SUITES, Suite, suite
+from drillrig_env.evaluation.suites import LARGE, OF_ONE_RIG, PIECE, SUITES, Suite, suite
 from drillrig_env.evaluation.tables import all_estimates
 from drillrig_env.files import check_writable, owned
-from drillrig_env.flags import add_rig_argument, of_kind
+from drillrig_env.flags import add_engine_arguments, add_rig_argument, engine_of, of_kind
 from drillrig_env.parameters import closest
 from drillrig_env.plots.own_rig import differences
 from drillrig_env.policy import policy_names
@@ -110,10 +115,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         check_steady(conditions.rig)
         critical_fall(conditions.rig, "--rig")  # without one, no score could be told
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
-        if (rigs := VerdictRigs.of(chosen.on, posterior, conditions.rig, chosen.suite)) is not None:
+        if (rigs := VerdictRigs.of(chosen.judged_on, posterior, conditions.rig, chosen.suite)) is not None:
             suites = [rigs.suite(one) for one in suites]
         _print(failures)
         names = [contestant.name for contestant in contestants]
+        if chosen.rigs > LARGE:
+            check_large()
+        engine = engine_of(chosen)
         reference = chosen.reference or next(iter(names), "")
         if names and reference not in names:
             raise ValueError(
@@ -131,7 +139,9 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             results, histories = begin(chosen.output, config, chosen.resume, chosen.overwrite, _warn)
         except ValueError as error:
             parser.error(error)
-        failures += _run(suites, contestants, results, histories, chosen)
+        with engine:
+            failures += _run(suites, contestants, results, histories, chosen, engine)
+            note_processors(results.provenance, engine.processors)
         if results.scores:
             results.estimates = all_estimates(results.scores, reference)
             save(chosen.output, results, histories)
@@ -168,7 +178,7 @@ def _parser(prog: str) -> Parser:
         help="upper end of the rig's speed reference; targets, forces and friction go with it (default: by its period)",
     )
     add(
-        "--on",
+        "--judged-on",
         metavar="FILE",
         help="the rig that turns, where it is not that of --rig, which policies are designed for: a file with the "
         "tables [rig] and [friction], whose N_1 is the largest that is drawn; the drive is set as on --rig",
@@ -186,6 +196,7 @@ def _parser(prog: str) -> Parser:
     kept.add_argument("--resume", action="store_true", help="go on with the results in the output folder")
     kept.add_argument("--overwrite", action="store_true", help="replace whatever results are in the output folder")
     add("--reference", metavar="NAME", help="policy that the others are compared with (default: the first)")
+    add_engine_arguments(parser, f"pieces of {PIECE:,} rigs", "1, whose kernels have all cores")
     add("--details", action="store_true", help="print also hardness, other scores and paired differences")
     add("--no-pictures", action="store_true", help="draw nothing")
     add("--from", dest="saved", type=Path, metavar="DIR", help="report the results of a folder; run nothing")
@@ -212,6 +223,7 @@ def _run(
     results: Results,
     histories: Histories,
     chosen: argparse.Namespace,
+    engine: Engine,
 ) -> list[Failure]:
     """Run what is not there yet, suite by suite, with a table after each; who failed."""
     failures = []
@@ -221,7 +233,7 @@ def _run(
         for one in suites:
             left = [contestant for contestant in contestants if not results.has(one.name, contestant.name)]
             with Progress(one.name, len(left)) as progress:
-                failed = run_contest(one, left, results, histories, chosen.output, progress.show)
+                failed = run_contest(one, left, results, histories, chosen.output, progress.show, engine)
             _print(failed)
             failures += failed
             if one.name in results.scores:

@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import json
-import traceback
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from drillrig_env.drive import Drive
+from drillrig_env.engine import Engine, used
+from drillrig_env.engine.worker import innermost
 from drillrig_env.evaluation.conditions import Conditions
 from drillrig_env.evaluation.histories import Histories
+from drillrig_env.evaluation.large import ROWS, check_large, store
+from drillrig_env.evaluation.pieces import Field, Gathered, Piece, Told, file_name
 from drillrig_env.evaluation.results import Results
-from drillrig_env.evaluation.runner import Episodes, run
-from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.store import save
-from drillrig_env.evaluation.suites import Suite
+from drillrig_env.evaluation.suites import LARGE, Suite
 from drillrig_env.policy import Policy
 from drillrig_env.rig import Rig
-
-_FRAMES = 3
-"""Calls that a failure's traceback shows, the innermost."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +69,10 @@ class Failure:
         return f"{self.policy} failed{where}: {self.error}"
 
     @classmethod
-    def of(cls, policy: str, suite: str, error: BaseException) -> Failure:
-        """The failure behind an exception, with the innermost calls of its traceback."""
+    def of(cls, policy: str, suite: str, error: BaseException, calls: str | None = None) -> Failure:
+        """The failure behind an exception, with the innermost `calls` of its traceback, by default its own."""
         text = f"{type(error).__name__}: {error}"
-        return cls(policy, suite, text, "".join(traceback.format_tb(error.__traceback__)[-_FRAMES:]).rstrip())
+        return cls(policy, suite, text, innermost(error) if calls is None else calls)
 
 
 def run_contest(
@@ -84,55 +81,75 @@ def run_contest(
     results: Results,
     histories: Histories,
     folder: Path | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Told | None = None,
+    engine: Engine | str | None = None,
 ) -> list[Failure]:
     """Put every contestant through a suite, but for those whose results are there already.
 
-    Results are added to `results` and `histories`, and written to `folder` after each policy. Whatever
-    a policy raises is a `Failure`; it leaves no rows, and the others go on. `progress` is called with a
-    policy's name, the steps done and the steps in all.
+    Results are added to `results` and `histories`, and written to `folder` after each policy; pieces of one that is not
+    done are kept there too. Whatever a policy raises is a `Failure`; it leaves no rows, and the others go on.
+    `progress` is called with a policy's name, and how many of how many steps or pieces are done. `engine` does the
+    pieces; by default it is this process.
     """
-    failures = []
-    for contestant in contestants:
-        if results.has(suite.name, contestant.name):
-            continue
-        try:
-            scores = _run_members(contestant, suite, histories, progress)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # a stranger's policy may raise anything
-            failures.append(Failure.of(contestant.name, suite.name, error))
-            continue
-        results.add(suite.name, contestant.name, scores)
-        results.arrange(results.config.get("policies", ()))
-        if folder:
-            save(folder, results, histories)
-    return failures
+    field = [one for one in contestants if not results.has(suite.name, one.name)]
+    gathered = [Gathered(suite, one, place, folder) for place, one in enumerate(field)]
+    failures: dict[int, Failure] = {}
+    given: list[Piece] = []
+    if folder and any(len(one.pieces) > 1 for one in gathered):
+        if suite.rigs > LARGE:
+            check_large()
+        save(folder, results, histories)  # what the pieces are of
+    with used(engine) as at:
+
+        def waiting() -> Iterator[Piece]:
+            for place, one in enumerate(gathered):
+                for piece in one.open:
+                    if place not in failures:
+                        if progress and not at.here:
+                            progress(one.contestant.name, len(one.pieces) - len(one.open), len(one.pieces))
+                        given.append(piece)
+                        yield piece
+
+        for one in gathered:
+            if one.pieces and not one.open:
+                _end(one, results, histories, folder)
+        for outcome in at.outcomes(Field(suite, field, progress if at.here else None), waiting()):
+            piece = given[outcome.number]
+            one = gathered[piece.contestant]
+            if outcome.error is not None:
+                failed = Failure.of(one.contestant.name, suite.name, outcome.error, outcome.calls)
+                failures.setdefault(piece.contestant, failed)
+                continue
+            one.take(piece, outcome.value())
+            if progress and not at.here:
+                progress(one.contestant.name, len(one.pieces) - len(one.open), len(one.pieces))
+            if not one.open:
+                _end(one, results, histories, folder)
+    for place, one in enumerate(gathered):
+        if not one.pieces:
+            nobody = ValueError(f"{one.contestant.name} has no members; allowed: at least one")
+            failures[place] = Failure.of(one.contestant.name, suite.name, nobody)
+    return [failures[place] for place in sorted(failures)]
 
 
-def _run_members(
-    contestant: Contestant,
-    suite: Suite,
-    histories: Histories,
-    progress: Callable[[str, int, int], None] | None,
-) -> dict[str, npt.NDArray[Any]]:
-    """Scores of all members, one after another; the first member's typical rigs are kept."""
-    parts: list[dict[str, npt.NDArray[Any]]] = []
-    first: Episodes | None = None
-    for number, (seed, make) in enumerate(contestant.members.items()):
-
-        def shown(done: int, of: int, number: int = number) -> None:
-            if progress:
-                progress(contestant.name, number * of + done, len(contestant.members) * of)
-
-        episodes = run(make(suite), suite, progress=shown, **contestant.env)
-        first = first or episodes
-        named = {"seed": np.full(suite.rigs, seed), "episode": np.arange(suite.rigs)}
-        parts.append({**named, **score(episodes)})
-    if first is None:
-        raise ValueError(f"{contestant.name} has no members; allowed: at least one")
-    histories.keep(suite.name, contestant.name, first, parts[0])
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+def _end(one: Gathered, results: Results, histories: Histories, folder: Path | None) -> None:
+    """Add a contestant whose pieces are all done to the results, and write them."""
+    suite, name = one.suite, one.contestant.name
+    if folder and suite.rigs > LARGE:
+        path = folder / ROWS / suite.name / f"{file_name(name)}.parquet"
+        results.add_stored(suite.name, name, store(path, (played.scores for played in one.played())))
+        first = next(one.played()).scores
+    else:
+        parts = [played.scores for played in one.played()]
+        scores = {column: np.concatenate([part[column] for part in parts]) for column in parts[0]}
+        results.add(suite.name, name, scores)
+        first = {column: values[: suite.rigs] for column, values in scores.items()}
+    histories.keep(suite.name, name, one.traces, first)
+    results.arrange(results.config.get("policies", ()))
+    histories.arrange(results.policies)
+    if folder:
+        save(folder, results, histories)
+        one.forget()
 
 
 def config_of(

@@ -8,7 +8,7 @@ speed and fold.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.evaluation.results import Scores
-from drillrig_env.evaluation.runner import Episodes
+from drillrig_env.evaluation.suites import LARGE, PIECE
 from drillrig_env.evaluation.tables import best_first
 from drillrig_env.scales import CONTROL_PERIOD
 
@@ -36,12 +36,24 @@ class Histories:
 
     kept: dict[tuple[str, str, str], History] = field(default_factory=dict)
 
-    def keep(self, suite: str, policy: str, episodes: Episodes, scores: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Keep the typical rigs of a policy's episodes in a suite."""
+    def keep(
+        self,
+        suite: str,
+        policy: str,
+        traces: Callable[[int], npt.NDArray[np.float32]],
+        scores: Mapping[str, npt.NDArray[Any]],
+    ) -> None:
+        """Keep the typical rigs of a policy in a suite; `traces` gives TRACES of a rig, shape (traces, steps)."""
         for region, rig in typical_rigs(scores).items():
-            self.kept[suite, policy, region] = {
-                name: getattr(episodes, name)[rig].astype(np.float32) for name in TRACES
-            }
+            self.kept[suite, policy, region] = dict(zip(TRACES, traces(rig), strict=True))
+
+    def arrange(self, policies: Sequence[str]) -> None:
+        """Put the policies into this order within each suite, whichever was done first."""
+        suites = list(dict.fromkeys(suite for suite, _, _ in self.kept))
+        places = {name: place for place, name in enumerate(policies)}
+        last = len(places)
+        keys = sorted(self.kept, key=lambda key: (suites.index(key[0]), places.get(key[1], last)))
+        self.kept = {key: self.kept[key] for key in keys}
 
     def of(self, suite: str, region: str) -> dict[str, History]:
         """Histories of the typical rig of a region, by policy."""
@@ -66,12 +78,15 @@ class Histories:
 
 
 def typical_rigs(scores: Scores | Mapping[str, npt.NDArray[Any]]) -> dict[str, int]:
-    """Of each region that has rigs, the one of median hardness; by its place in the suite."""
-    found = {}
+    """Of each region that has rigs, the one of median hardness, by its number; of a large suite in the first piece."""
+    found, seeds = {}, scores["seed"]
+    rigs_of_all = int(np.count_nonzero(seeds == seeds[0]))
+    first = slice(PIECE if rigs_of_all > LARGE else rigs_of_all)
+    hardness, where = scores["hardness"][first], scores["region"][first]
     for region in REGIONS:
-        rigs = np.flatnonzero(scores["region"] == region)
+        rigs = np.flatnonzero(where == region)
         if len(rigs):
-            order = np.argsort(scores["hardness"][rigs], kind="stable")
+            order = np.argsort(hardness[rigs], kind="stable")
             found[region] = int(rigs[order[len(order) // 2]])
     return found
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import Any
 
+from drillrig_env.engine.likeness import processor
 from drillrig_env.jit.threads import available_threads
 
 _PACKAGES = ("drillrig", "gymnasium", "numpy", "scipy", "numba", "stable-baselines3", "torch")
@@ -25,6 +25,12 @@ def provenance() -> dict[str, Any]:
     }
 
 
+def note_processors(made: dict[str, Any], processors: Iterable[str]) -> None:
+    """Note in a `provenance` the types of processors elsewhere, where they are not this machine's: bits may differ."""
+    if others := sorted({*processors} - {processor()}):
+        made["processors"] = [processor(), *others]
+
+
 def when_and_where(made: Mapping[str, Any]) -> str:
     """Date and machine of a `provenance`, as pages say it."""
     return f"{made['date']}, {made['machine']}"
@@ -35,16 +41,6 @@ def in_words(made: Mapping[str, Any], beside: Mapping[str, str | None] | None = 
     known = {**made["versions"], **(beside or {})}
     versions = ", ".join(f"{name} {number}" for name, number in known.items() if number)
     return f"{when_and_where(made)}, Python {made['python']}, {versions}"
-
-
-def processor() -> str:
-    """The processor by its trade name where the system tells."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor() or "processor unknown"
 
 
 def _version(package: str) -> str | None:

@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from drillrig_env.evaluation.large import StoredScores
 from drillrig_env.evaluation.suites import SUITES
 from drillrig_env.scales import Scales
 
-Scores = dict[str, npt.NDArray[Any]]
+Scores = Mapping[str, npt.NDArray[Any]]
 """Columns of one policy in one suite by name, an entry an episode: first `seed` and `episode`, then scores."""
 
 _TEXTS = {"seed", "start", "region"}
@@ -59,6 +60,22 @@ class Results:
         if self._header not in ("", header):
             raise ValueError(f"the scores of {policy} in {suite} have other columns than those before: {header}")
         self._take(header, {(suite, policy): lines})
+
+    def add_stored(self, suite: str, policy: str, scores: StoredScores) -> None:
+        """Take one policy's scores in a large suite, which stay in their file."""
+        self.estimates = {}
+        self.scores.setdefault(suite, {})[policy] = scores
+        self._blocks[suite, policy] = ""
+
+    @property
+    def stored(self) -> dict[str, dict[str, StoredScores]]:
+        """By suite and policy the scores that stay in files of their own."""
+        found: dict[str, dict[str, StoredScores]] = {}
+        for suite, policies in self.scores.items():
+            for policy, scores in policies.items():
+                if isinstance(scores, StoredScores):
+                    found.setdefault(suite, {})[policy] = scores
+        return found
 
     def has(self, suite: str, policy: str) -> bool:
         """Whether one policy's scores in one suite are there."""

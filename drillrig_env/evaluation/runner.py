@@ -58,19 +58,21 @@ def play(
     core: EpisodeBatch,
     first_seed: int | None = None,
     taken: npt.NDArray[np.float32] | None = None,
+    first_rig: int = 0,
 ) -> Iterator[int]:
     """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
 
     A policy that names in `privileged` what it must be told gets `info` before each step. Into `taken`, shape
     (steps, n, 1), go the actions of each step, where it is given. Raises `ValueError` for
     actions of another shape or such as are not finite, and `NotFiniteError` for a state that is not; both name
-    policy, rig and step, and the rig's seed where rig i has the seed `first_seed` + i.
+    policy, rig and step, and the rig's seed where rig i has the seed `first_seed` + i; the first rig's number is
+    `first_rig`.
     """
 
     def place(finite: npt.NDArray[np.bool_]) -> str:
         rig = int(np.argmin(finite))
         seed = "" if first_seed is None else f" (seed {first_seed + rig})"
-        return f"rig {rig}{seed} in control step {step + 1}"
+        return f"rig {first_rig + rig}{seed} in control step {step + 1}"
 
     told = privileged_of(policy)
     state, begins = None, np.ones(len(core), dtype=np.bool_)
@@ -121,7 +123,7 @@ def run(
         first += count
     start = np.array(core.starts(np.arange(suite.rigs)))
     traces = {name: np.empty((suite.rigs, core.steps)) for name in (*_TRACES, "top_speed")}
-    for step in play(policy, core, suite.first_seed):
+    for step in play(policy, core, suite.first_seed, first_rig=suite.first_rig):
         for name in _TRACES:
             traces[name][:, step] = core.episodes[name]
         traces["top_speed"][:, step] = core.episodes["state"][:, STATE_NAMES.index("top_speed")]

@@ -5,6 +5,8 @@
 | `results.csv` | scores, a row an episode; packed, as the documentation keeps them, `results.csv.xz` |
 | `histories.npz` | a few rigs over time |
 | `results.json` | what made the results, their tables as numbers, and rows and digests of the other two |
+| `rows/SUITE/POLICY.parquet` | scores in a suite of more than 10,000 rigs, which are not in the table |
+| `pieces/` | pieces of policies that are not done yet |
 | `scores_default.png`, ... | pictures: see `drillrig_env.evaluation.pictures` |
 
 A save writes `results.json` first, with the digests of the other files as they will be and as they are. Whenever
@@ -16,11 +18,14 @@ from __future__ import annotations
 
 import hashlib
 import lzma
+import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from drillrig_env.evaluation.histories import REGIONS, Histories
+from drillrig_env.evaluation.large import ROWS, StoredScores
+from drillrig_env.evaluation.pieces import PIECES
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.suites import SUITES
 from drillrig_env.files import json_text, read_json, write_bytes, write_text
@@ -50,6 +55,11 @@ def save(folder: Path, results: Results, histories: Histories, packed: bool = Fa
         "files": {CSV: _stamp(rows, table=True), HISTORIES: _stamp(kept)},
         "estimates": results.estimates,
     }
+    if results.stored:
+        content["stored"] = {
+            suite: {name: {**one.stamp, "file": one.path.name} for name, one in policies.items()}
+            for suite, policies in results.stored.items()
+        }
     before = _stamps(folder)
     if before not in ({}, content["files"]):
         content["before"] = before
@@ -72,7 +82,14 @@ def read(folder: str | Path) -> Results:
     if rows is None:
         raise ValueError(f"{folder} holds no results: {CSV} is missing")
     _check(folder / CSV, _stamp(rows, table=True), content)
-    return Results.of_rows(rows.decode("utf-8"), content["config"], content["provenance"], content["estimates"])
+    results = Results.of_rows(rows.decode("utf-8"), content["config"], content["provenance"], content["estimates"])
+    for suite, policies in content.get("stored", {}).items():
+        for policy, stamp in policies.items():
+            path = folder / ROWS / suite / stamp["file"]
+            results.add_stored(suite, policy, StoredScores.read(path, stamp, _REMEDY))
+    results.arrange(results.policies)
+    results.estimates = content["estimates"]
+    return results
 
 
 def read_histories(folder: str | Path) -> Histories:
@@ -88,13 +105,15 @@ def read_histories(folder: str | Path) -> Histories:
 
 def holds_results(folder: Path) -> bool:
     """Whether any file of an evaluation lies in a folder, damaged or not."""
-    return any((folder / name).exists() for name in (CSV, CSV + COMPRESSED, HISTORIES, JSON))
+    return any((folder / name).exists() for name in (CSV, CSV + COMPRESSED, HISTORIES, JSON, ROWS))
 
 
 def clear(folder: Path) -> None:
     """Remove what an evaluation has left in a folder, its pictures too, and nothing else."""
     for name in (JSON, CSV, CSV + COMPRESSED, HISTORIES):
         (folder / name).unlink(missing_ok=True)
+    for name in (ROWS, PIECES):
+        shutil.rmtree(folder / name, ignore_errors=True)
     clear_pictures(folder)
 
 

@@ -17,6 +17,12 @@ from drillrig_env.scales import SLEW_LIMIT, Scales
 from drillrig_env.seeds import EVALUATION_FLEETS, EVALUATION_SEEDS
 from drillrig_env.verdict import CALM_INDEX, MOVING_INDEX
 
+PIECE = 1000
+"""Rigs that are played together: a network's batch decides the last bits of its actions."""
+
+LARGE = 10_000
+"""Rigs of a suite beyond which rows are kept in Parquet files, and histories are those of the first piece alone."""
+
 _CHAPTER = Scales()
 _LARGEST_FLEET = 256
 
@@ -34,7 +40,7 @@ class Suite:
     `env` holds the arguments of the environment that the suite sets (noise, delay, slew limit); rig i
     has the seed `first_seed` + i. `scales` are those of the rig that all share, or of the nominal one of a fleet.
     `env_id` is the environment whose sensors are meant, where that is not open, and `calm_index` the stick-slip index
-    below which a rig is calm.
+    below which a rig is calm. Rigs are played `piece` at a time. A part of a suite begins with its `first_rig`.
     """
 
     name: str
@@ -46,6 +52,8 @@ class Suite:
     scales: Scales = field(default_factory=Scales)
     env_id: str | None = None
     calm_index: float = CALM_INDEX
+    first_rig: int = 0
+    piece: int = PIECE
 
     @property
     def rigs(self) -> int:
@@ -59,16 +67,22 @@ class Suite:
 
     def only(self, rig: int) -> Suite:
         """The suite that holds a single rig of this one, which faces the very same episode."""
-        first = 0
+        if not 0 <= rig < self.rigs:
+            raise refuse(f"suite {self.name}", "rig", rig, "", f"0 to {self.rigs - 1}")
+        return self.part(rig, 1)
+
+    def part(self, first: int, rigs: int) -> Suite:
+        """The suite that holds the `rigs` of this one from the number `first` on, which face the very same episodes."""
+        begin, groups = 0, []
         for count, options in self.groups:
-            if 0 <= rig - first < count:
-                pinned = {
-                    name: value[rig - first : rig - first + 1] if isinstance(value, np.ndarray) else value
-                    for name, value in options.items()
+            low, high = max(first - begin, 0), min(first + rigs - begin, count)
+            if low < high:
+                chosen = {
+                    name: value[low:high] if isinstance(value, np.ndarray) else value for name, value in options.items()
                 }
-                return replace(self, groups=((1, pinned),), first_seed=self.first_seed + rig)
-            first += count
-        raise refuse(f"suite {self.name}", "rig", rig, "", f"0 to {self.rigs - 1}")
+                groups.append((high - low, chosen))
+            begin += count
+        return replace(self, groups=tuple(groups), first_seed=self.first_seed + first, first_rig=self.first_rig + first)
 
     def definition(self) -> dict[str, Any]:
         """All that fixes the rigs, as plain numbers, lists and dictionaries."""
@@ -87,6 +101,7 @@ class Suite:
             "description": self.description,
             **verdict,
             "rigs": self.rigs,
+            **({"piece": self.piece} if self.rigs > self.piece else {}),
             "first_seed": self.first_seed,
             "env": env,
             "scenario": scenario,
@@ -209,7 +224,14 @@ def _of_fleet(
     env = {"noise": 1.0, "delay": delay}
     groups = ((count * DRAWS, options),)
     return Suite(
-        name, f"{what}, {DRAWS} draws of each", scenario, groups, env, scales=scales, env_id="DrillRigUnknown-v0"
+        name,
+        f"{what}, {DRAWS} draws of each",
+        scenario,
+        groups,
+        env,
+        scales=scales,
+        env_id="DrillRigUnknown-v0",
+        piece=_LARGEST_FLEET * DRAWS,
     )
 
 

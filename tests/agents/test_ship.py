@@ -70,7 +70,7 @@ def test_kept_results_are_not_made_again(trained, five_seeds, tmp_path, monkeypa
     def never(*_arguments, **_keywords):
         raise AssertionError("was run again")
 
-    monkeypatch.setattr("drillrig_env.evaluation.contest.run", never)
+    monkeypatch.setattr("drillrig_env.evaluation.pieces.run", never)
     ship(five_seeds, "ppo", 12, ["default", "load"], trained.parent / "results", tmp_path)
     again, before = read_seeds(tmp_path / "ppo"), read_seeds(trained / "ppo")
     assert (again["pooled"], again["shipped"]) == (before["pooled"], before["shipped"])

@@ -102,7 +102,7 @@ def test_the_way_from_a_log_to_the_true_rig(tmp_path, monkeypatch):
     assert calibrate.main([*records, "--fix", *known, "--starts", "8", "--output", "my_rig"]) == 0
     words = ["constant", "z_torque", "lqg", "--rig", "my_rig", "--suite", "default", "--rigs", "320", "--no-pictures"]
     assert evaluate.main([*words, "--output", "judged"]) == 0
-    assert evaluate.main([*words, "--on", truth, "--output", "true"]) == 0
+    assert evaluate.main([*words, "--judged-on", truth, "--output", "true"]) == 0
     judged, true = (read(tmp_path / name).scores["default"] for name in ("judged", "true"))
     for policy in judged:  # the same seeds: the same targets, loads and starts
         assert np.mean(judged[policy]["mitigated"]) == pytest.approx(np.mean(true[policy]["mitigated"]), abs=0.05)

@@ -108,7 +108,17 @@ def test_the_rig_that_turns_may_be_another_than_the_one_designed_for(true_rig):
 
 
 def test_the_command_tells_which_rig_turns(true_rig, posterior, tmp_path, capsys):
-    words = ["constant", "--rig", str(posterior.folder), "--on", str(true_rig), "--suite", "default", "--rigs", "8"]
+    words = [
+        "constant",
+        "--rig",
+        str(posterior.folder),
+        "--judged-on",
+        str(true_rig),
+        "--suite",
+        "default",
+        "--rigs",
+        "8",
+    ]
     assert evaluate.main([*words, "--no-pictures", "--output", str(tmp_path / "out")]) == 0
     assert "on the rig of truth.toml (8 episodes" in " ".join(capsys.readouterr().out.split())
     assert read(tmp_path / "out").config["suites"]["default"]["scenario"]["rigs"]["rigs"][0]["J_1"] == 0.035
@@ -117,11 +127,17 @@ def test_the_command_tells_which_rig_turns(true_rig, posterior, tmp_path, capsys
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--on", "nosuch.toml"], "rig: there is no file nosuch.toml"),
-        (["--on", "rig.toml"], "rig.toml: the table [friction] is missing"),
-        (["--on", "idle.toml"], "idle.toml: normal_force = 0.0 N is not allowed; allowed: > 0, the largest"),
-        (["--on", "truth.toml", "--suite", "unknown"], "the suite unknown has rigs of its own; allowed on a rig: "),
-        (["--on", "truth.toml", "--rig", "shaking.toml"], "truth.toml: the rig does not turn steadily with the drive"),
+        (["--judged-on", "nosuch.toml"], "rig: there is no file nosuch.toml"),
+        (["--judged-on", "rig.toml"], "rig.toml: the table [friction] is missing"),
+        (["--judged-on", "idle.toml"], "idle.toml: normal_force = 0.0 N is not allowed; allowed: > 0, the largest"),
+        (
+            ["--judged-on", "truth.toml", "--suite", "unknown"],
+            "the suite unknown has rigs of its own; allowed on a rig: ",
+        ),
+        (
+            ["--judged-on", "truth.toml", "--rig", "shaking.toml"],
+            "truth.toml: the rig does not turn steadily with the drive",
+        ),
     ],
 )
 def test_a_rig_that_cannot_turn_is_refused(words, said, true_rig, tmp_path, capsys, monkeypatch):

@@ -2,9 +2,6 @@
 
 import os
 import signal
-import socket
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -15,7 +12,6 @@ from drillrig_env.command_line import Failed
 from drillrig_env.engine import Local, engine_at, worker
 from tests.engine.work import cube, killed, killed_once, process, refused, square, threads, until_stopped
 
-ROOT = Path(__file__).parents[2]
 pytest.importorskip("ray")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name == "nt", reason="signals")]
 
@@ -81,14 +77,3 @@ def test_a_worker_of_another_version_is_refused(engine, monkeypatch):
 def test_a_second_instance_in_one_process_is_refused(engine):
     with pytest.raises(Failed, match="Ray has been started in this process already"):
         engine_at("ray").begin()
-
-
-@pytest.mark.parametrize("where", ["auto", "ray://127.0.0.1:{}"])
-def test_where_there_is_no_cluster_a_sentence_says_so(where):
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        address = where.format(free.getsockname()[1])
-    program = f"from drillrig_env.engine import engine_at\nwith engine_at({address!r}): pass"
-    path = {**os.environ, "PYTHONPATH": str(ROOT)}
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=200, env=path)
-    assert f"Failed: --on {address}: " in ended.stderr.splitlines()[-1]

@@ -34,14 +34,18 @@ def test_typical_rigs_are_chosen_by_the_physics(comparison):
 
 def test_a_typical_rig_is_the_one_of_median_hardness():
     regions = np.array(["below", "below", "above", "below", "bistable"])
-    assert typical_rigs({"region": regions, "hardness": np.array([3.0, 1.0, 9.0, 2.0, 1.5])}) == {
+    assert typical_rigs(
+        {"seed": np.full(5, ""), "region": regions, "hardness": np.array([3.0, 1.0, 9.0, 2.0, 1.5])}
+    ) == {
         "below": 3,
         "bistable": 4,
     }
-    assert typical_rigs({"region": np.array(["above"]), "hardness": np.array([0.5])}) == {}
+    assert typical_rigs({"seed": np.array([""]), "region": np.array(["above"]), "hardness": np.array([0.5])}) == {}
     hardness = np.array([5.0, 1.0, 4.0, 2.0, 3.0, 6.0])
     for count, middle in ((1, 5.0), (2, 5.0), (4, 4.0), (5, 3.0), (6, 4.0)):  # of an even number, the harder one
-        found = typical_rigs({"region": np.full(count, "below"), "hardness": hardness[:count]})
+        found = typical_rigs(
+            {"seed": np.full(count, ""), "region": np.full(count, "below"), "hardness": hardness[:count]}
+        )
         assert hardness[found["below"]] == middle
 
 
