@@ -90,7 +90,7 @@ def begun(socket):
             return
 
 
-@pytest.mark.slow
+@pytest.mark.room
 def test_a_thousand_connections_one_after_the_other_leave_nothing_behind(served, ask):
     def resident():
         status = Path(f"/proc/{served.process.pid}/status").read_text()
@@ -116,7 +116,7 @@ def flood(socket, text):
         socket.send(text)
 
 
-@pytest.mark.slow
+@pytest.mark.room
 def test_a_client_that_floods_or_sends_what_is_too_long_is_cut_off_and_others_go_on(served, ask):
     with connect(ask) as other:
         begun(other)
@@ -135,7 +135,7 @@ def test_a_client_that_floods_or_sends_what_is_too_long_is_cut_off_and_others_go
                 break
 
 
-@pytest.mark.slow
+@pytest.mark.room
 def test_a_real_server_refuses_strangers(served, ask):
     with pytest.raises(InvalidStatus):
         connect(ask, origin="http://evil.example")
@@ -159,7 +159,7 @@ def test_a_real_server_refuses_strangers(served, ask):
         begun(one)
 
 
-@pytest.mark.slow
+@pytest.mark.room
 def test_a_client_that_reads_nothing_makes_the_server_keep_nothing(served, ask):
     def resident():
         return int(Path(f"/proc/{served.process.pid}/status").read_text().split("VmRSS:")[1].split()[0])
@@ -188,7 +188,7 @@ def test_a_client_that_reads_nothing_makes_the_server_keep_nothing(served, ask):
             pytest.fail("nothing was left out")
 
 
-@pytest.mark.slow
+@pytest.mark.room
 def test_the_port_that_is_taken_is_said_and_ctrl_c_ends_it_cleanly(served):
     port = served.address.rpartition(":")[2]
     line = [sys.executable, "-m", "drillrig_env.cli", "room", "--no-browser", "--port", port]
