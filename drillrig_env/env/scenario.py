@@ -22,6 +22,8 @@ from drillrig_env.toml import record_of
 
 Start: TypeAlias = Literal["stick_slip", "steady", "rest", "given"]
 STARTS: tuple[Start, ...] = ("stick_slip", "steady", "rest", "given")
+"""How an episode may begin; `info["start"]` is an index into it."""
+
 STICK_SLIP, STEADY, REST, GIVEN = range(4)
 MOST_LOAD_STEPS = 8
 UNIFORMS = 12

@@ -51,6 +51,7 @@ FIGURES: Mapping[str, Callable[[Rig], Picture]] = {
 """What draws each figure, by the chapter's number."""
 
 FORMATS = ("png", "svg")
+"""Kinds of files that a figure may be written as."""
 _CAPTIONS = "captions.md"
 
 

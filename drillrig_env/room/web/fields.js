@@ -52,6 +52,7 @@ export class Field {
     this.refusal.textContent = sentence;
     this.refusal.hidden = !sentence;
     this.input?.setAttribute("aria-invalid", String(Boolean(sentence)));
+    if (!sentence) this.dirty = false;
   }
 
   /** @param {string | number | null} _value */
@@ -79,14 +80,9 @@ export class NumberField extends Field {
     this.place.append(input);
     /** @type {HTMLInputElement | null} */
     this.slider = null;
-    this.typing = false;
-    this.asked = "";
-    input.addEventListener("input", () => {
-      this.typing = true;
-    });
+    this.dirty = false;
     input.addEventListener("change", () => {
-      this.typing = false;
-      this.asked = input.value;
+      this.dirty = true;
       onChange(name, number(input.value));
     });
     if (sliding) {
@@ -105,12 +101,6 @@ export class NumberField extends Field {
     this.place.append(this.refusal);
   }
 
-  /** @param {string} sentence beside what was asked for, which stays to be mended */
-  refuse(sentence) {
-    super.refuse(sentence);
-    if (sentence) this.typed.value = this.asked;
-  }
-
   /** @param {[number, number, number]} ends */
   reach([low, high, step]) {
     if (!this.slider) return;
@@ -124,10 +114,11 @@ export class NumberField extends Field {
    * @param {string | number | null} value
    */
   show(value) {
-    if (!this.refusal.hidden || this.typing) return;
+    if (this.dirty && !this.refusal.hidden) return;
     const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : "";
-    this.typed.value = text;
+    if (document.activeElement !== this.typed || !this.dirty) this.typed.value = text;
     if (this.slider && document.activeElement !== this.slider) this.slider.value = text;
+    this.dirty = false;
   }
 }
 

@@ -1,0 +1,102 @@
+"""The site: what is public is documented, pages are made from the records, and broken pages are found."""
+
+import inspect
+import re
+
+import pytest
+
+pytest.importorskip("sphinx", reason="needs the extra docs")
+
+import baselines
+import drillrig_env
+from docs.site import api, commands, outside, records
+from docs.site.check import faults
+from docs.site.check import main as check
+from docs.site.docstrings import as_markdown
+from docs.site.public import modules, names_of, shown_names
+from drillrig_env.cli import COMMANDS
+from drillrig_env.evaluation.suites import SUITES
+
+
+def test_every_public_name_is_shown():
+    shown = {id(one.value) for one in shown_names().values()}
+    for package in (drillrig_env, baselines):
+        hidden = [
+            name
+            for name in package.__all__
+            if id(value := getattr(package, name)) not in shown and not inspect.ismodule(value)
+        ]
+        assert hidden == []
+    assert {name.partition(".")[0] for name in modules()} == {"drillrig_env", "baselines"}
+
+
+@pytest.mark.parametrize("module", modules())
+def test_every_page_of_the_code_has_its_names(module):
+    page = api.page(module)
+    for one in names_of(module):
+        assert re.search(rf"{{py:\w+}}.*\b{one.name}\b", page), one.full
+
+
+def test_docstrings_become_markdown():
+    text = "What `f` does, `other` aside.\n\n## Part\n    indented\n\n>>> f(1)\n2\n\nEnd."
+    assert as_markdown(text, {"m.f"}, "m") == (
+        "What {py:obj}`f <m.f>` does, `other` aside.\n\n**Part**\n    indented\n\n```pycon\n>>> f(1)\n2\n```\n\nEnd."
+    )
+
+
+def test_a_signature_is_as_it_is_written():
+    def f(one: "int", *rest: "str", two: "float | None" = None, three: object = object(), **more: "int") -> "bool": ...
+
+    assert api.signature("f", f) == (
+        "f(one: int, *rest: str, two: float | None = None, three: object = ..., **more: int) -> bool"
+    )
+
+
+def test_links_that_lead_out_of_the_site_are_mended():
+    page = outside.ROOT / "docs" / "agents.md"
+    card, folder = "[card](../agents/trained/ppo/README.md)", "[settings](../agents/hyperparams)"
+    assert outside.relinked(card, page) == "[card](/generated/agents/ppo.md)"
+    assert outside.relinked(folder, page) == "settings"
+    assert outside.relinked("[x](../examples/fleet.py)", page) == "[x](/generated/gallery/fleet.rst)"
+    assert outside.relinked("[x](environment.md#channels)", page) == "[x](/environment.md#channels)"
+    assert outside.relinked("[x](https://a.org/b) [y](#z)", page) == "[x](https://a.org/b) [y](#z)"
+    assert outside.relinked("```\n[x](../agents)\n```", page) == "```\n[x](../agents)\n```"
+
+
+def test_pages_of_records_have_every_record():
+    suites, environments, lines = records.suites(), records.environments(), commands.page()
+    assert all(f"## `{name}`" in suites for name in SUITES)
+    assert all(f"`{name}`" in environments for name in drillrig_env.ENVIRONMENTS)
+    assert "v0" in environments.partition("Version history")[2]
+    assert all(f"## `drillrig {name}`" in lines for name in COMMANDS)
+    assert lines.count("usage: ") >= len(COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("body", "fault"),
+    [
+        ('<a href="other.html#there">x</a>', None),
+        ('<img src="data:," alt="a curve">', None),
+        ('<a href="nowhere.html">x</a>', "links to nowhere.html"),
+        ('<a href="other.html#nowhere">x</a>', "no such place"),
+        ('<script src="https://cdn.example/x.js"></script>', "fetches https://cdn.example/x.js"),
+        ('<link rel="stylesheet" href="//cdn.example/x.css">', "fetches //cdn.example/x.css"),
+        ('<img src="gone.png" alt="a curve">', "wants gone.png"),
+        ('<img src="data:,">', "picture without a text"),
+    ],
+)
+def test_broken_pages_are_found(body, fault, tmp_path, capsys):
+    (tmp_path / "index.html").write_text(f"<html><body>{body}</body></html>")
+    (tmp_path / "other.html").write_text('<html><body><p id="there">x</p></body></html>')
+    found = list(faults(tmp_path))
+    assert bool(found) == bool(fault)
+    assert check([str(tmp_path)]) == (1 if fault else 0)
+    if fault:
+        assert fault in found[0]
+        assert fault in capsys.readouterr().err
+
+
+def test_a_site_that_is_not_there_is_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        check([str(tmp_path / "none")])
+    assert "has no index.html" in capsys.readouterr().err
