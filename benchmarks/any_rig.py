@@ -3,6 +3,7 @@
     python -m benchmarks.any_rig
     python -m benchmarks.any_rig --rigs 200 --seed 5 --period 0.5
     python -m benchmarks.any_rig --only 17
+    python -m benchmarks.any_rig --rigs 100000 --on ray
 
 Every parameter of the rig and of its friction is the chapter's times 1/10 to 10, each on its own and evenly on a scale
 of logarithms; the normal force is 0 to 200 N, v_b 0.05 to 50 s/rad, the speed reference 0.1 to 50 rad/s, and a run
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from math import log
 from pathlib import Path
 from typing import Any
@@ -28,7 +30,9 @@ from drillrig_env import Friction, Rig, simulate
 from drillrig_env.allowed import COUNT, POSITIVE, Allowed
 from drillrig_env.arrays import FloatArray
 from drillrig_env.command_line import Parser, command
-from drillrig_env.flags import of_kind
+from drillrig_env.engine import Engine, used
+from drillrig_env.files import read_json
+from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
 from drillrig_env.model import frictionless_state
 from drillrig_env.progress import Progress
 from drillrig_env.stepper.units import units_of
@@ -119,18 +123,27 @@ def error_of(case: Case, speeds: FloatArray, period: float) -> float:
     return float(np.abs(found - speeds).max() / speed_scale(case, speeds))
 
 
-def outcomes(cases: Mapping[int, Case], period: float, progress: Progress) -> Iterator[dict[str, Any]]:
-    """What comes of one run after another: its number, and its error, the error that was raised, or neither."""
-    for done, (number, case) in enumerate(cases.items(), 1):
-        speeds = reference(case)
-        outcome: dict[str, Any] = {"rig": number}
-        if speeds is not None:
-            try:
-                outcome["error"] = error_of(case, speeds, period)
-            except (ValueError, ArithmeticError) as refusal:
-                outcome["refusal"] = str(refusal)
-        yield outcome
-        progress.show("rigs", done, len(cases))
+def outcome_of(period: float, piece: tuple[int, Case]) -> dict[str, Any]:
+    """What comes of a run: its number, and its error, the error that was raised, or neither."""
+    number, case = piece
+    speeds = reference(case)
+    outcome: dict[str, Any] = {"rig": number}
+    if speeds is not None:
+        try:
+            outcome["error"] = error_of(case, speeds, period)
+        except (ValueError, ArithmeticError) as refusal:
+            outcome["refusal"] = str(refusal)
+    return outcome
+
+
+def outcomes(
+    cases: Mapping[int, Case], period: float, progress: Progress, engine: Engine | None = None
+) -> Iterator[dict[str, Any]]:
+    """What comes of the runs, as they are done."""
+    with used(engine) as at:
+        for done, (_, outcome) in enumerate(at.each(partial(outcome_of, period), list(cases.items())), 1):
+            yield outcome
+            progress.show("rigs", done, len(cases))
 
 
 def tabulate(results: Sequence[dict[str, Any]], cases: Mapping[int, Case]) -> None:
@@ -161,6 +174,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     add("--seed", type=of_kind(_NUMBER), default=0, help="which ones (default: 0)")
     add("--period", type=of_kind(POSITIVE), default=0.1, help=f"sample period in s, a part of {SAMPLE} (default: 0.1)")
     add("--only", type=of_kind(_NUMBER), help="the number of one rig alone")
+    add(
+        "--resume",
+        action="store_true",
+        help="go on with the figures of a run that was stopped, given the same arguments",
+    )
+    add_engine_arguments(parser, "rigs")
     add("--json", type=Path, help="where to write the figures (default: results/benchmarks/any_rig.json, or any_rig_N)")
     chosen = parser.parse_args(arguments)
     if (SAMPLE / chosen.period) % 1.0 != 0.0:
@@ -172,15 +191,35 @@ def main(arguments: Sequence[str] | None = None) -> None:
         cases = {chosen.only: cases[chosen.only]}
     name = "any_rig" if chosen.only is None else f"any_rig_{chosen.only}"
     file = chosen.json or Path(f"results/benchmarks/{name}.json")
-    results: list[dict[str, Any]] = []
+    made = {"seed": chosen.seed, "period": chosen.period}
+    try:
+        engine = engine_of(chosen)
+        results = _of_before(file, made) if chosen.resume else []
+    except (ValueError, ImportError) as error:
+        parser.error(str(error))
+    done = {outcome["rig"] for outcome in results}
+    left = {number: case for number, case in cases.items() if number not in done}
 
     def tell() -> None:
+        results.sort(key=lambda one: one["rig"])
         tabulate(results, cases)
-        write_json(file, {"outcomes": results})
+        write_json(file, {**made, "outcomes": results})
 
-    with kept(file, tell), Progress("any rig", parts=1) as progress:
-        for outcome in outcomes(cases, chosen.period, progress):
+    with kept(file, tell), engine, Progress("any rig", parts=1) as progress:
+        for outcome in outcomes(left, chosen.period, progress, engine):
             results.append(outcome)
+
+
+def _of_before(file: Path, made: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The outcomes in a file; `ValueError` where there are none, or of other arguments."""
+    if not file.is_file():
+        raise ValueError(f"there is nothing to go on with: {file} is missing")
+    earlier = read_json(file, "remove it").get("results", {})
+    for name, value in made.items():
+        if earlier.get(name) != value:
+            raise ValueError(f"{file} is of {name} = {earlier.get(name)}, not {value}")
+    found: list[dict[str, Any]] = earlier["outcomes"]
+    return found
 
 
 if __name__ == "__main__":

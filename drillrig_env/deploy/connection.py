@@ -88,8 +88,9 @@ def compare(supervisor: Supervisor, rig: Connection) -> list[str]:
             if isinstance(value, int | float) and name in other and _differ(value, other[name])
         ]
     low, high = about["sensors"]["delay"]
-    if not low <= told.get("delay", low) <= high:
-        found.append(f"instruments are {told['delay']} control steps late, the policy is for {low} to {high}")
+    late = told.get("delay", low)
+    if isinstance(late, int | float) and not low <= late <= high:
+        found.append(f"instruments are {late} control steps late, the policy is for {low} to {high}")
     return found
 
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from drillrig_env.deploy.greeting import Greeting
 from drillrig_env.deploy.line import VERSION, Lines, decode, encode
 from drillrig_env.deploy.readings import Readings
 
@@ -40,9 +41,9 @@ class LineRig:
         try:
             self._send({"hello": "drillrig", "version": VERSION, "token": token})
             self.greeting = self._answer("rig")
-            self.speed, self.waits = float(self.greeting["speed"]), bool(self.greeting["waits"])
-            self._now, self.period = float(self.greeting["time"]), float(self.greeting["period"])
-            self.channels: dict[str, str] = dict(self.greeting["channels"])
+            said = Greeting.of(self.greeting)
+            self.speed, self.waits, self._now, self.period = said.speed, said.waits, said.time, said.period
+            self.channels: dict[str, str] = said.channels
         except (KeyError, TypeError, ValueError) as error:
             self._socket.close()
             raise ConnectionError(f"{address} is no rig of this protocol: {error}") from error
@@ -64,8 +65,7 @@ class LineRig:
         self._take()
         if not self._readings.fresh:
             self._wait((_PATIENCE if self._readings.values else _AT_FIRST) * self.period, first=True)
-        self._readings.fresh = False
-        return self._readings.values
+        return self._readings.seen()
 
     def ages(self) -> dict[str, float]:
         """How old (s) the latest measurements are, by channel."""

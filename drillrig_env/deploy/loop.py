@@ -24,7 +24,8 @@ from drillrig_env.deploy.log import Log, Row
 from drillrig_env.deploy.supervisor import Supervisor
 from drillrig_env.parameters import checked
 
-_KEPT = 100_000
+_KEPT = 100_000  # steps
+_REHEARSAL = 0.004  # s before the beat
 
 
 class Hardware(Protocol):
@@ -91,6 +92,7 @@ def run_loop(
     log: str | Path | None = None,
     operator: Callable[[int], Operator | None] | None = None,
     shadow: Callable[[], float] | None = None,
+    rehearse: bool = False,
     clock: Callable[[], float] = system.perf_counter,
     sleep: Callable[[float], None] = system.sleep,
 ) -> Timing:
@@ -101,9 +103,10 @@ def run_loop(
 
     `log` is written as `drillrig_env.deploy.log` says; `operator` is asked in each step, by its number, what it wants.
     With `shadow`, which tells the reference (rad/s) that the drive has from somebody else, nothing is commanded, and
-    what would have been is logged. `clock` and `sleep` are those of the system. A beat that has passed altogether is
-    left out, never made up for. When the loop ends, whatever ends it, the drive keeps its last reference: a watchdog on
-    the rig's side takes over. Raises `ValueError` as `Supervisor.start` does.
+    what would have been is logged. With `rehearse` the policy is computed once just before each beat, for nothing, so
+    that the step itself is quick; it is for the system's own time. `clock` and `sleep` are those of the system. A beat
+    that has passed altogether is left out, never made up for. When the loop ends, whatever ends it, the drive keeps its
+    last reference: a watchdog on the rig's side takes over. Raises `ValueError` as `Supervisor.start` does.
     """
     count = checked("run_loop", "steps", steps, "", COUNT)
     period, timing, beat = supervisor.controller.period, Timing(), 0
@@ -115,6 +118,9 @@ def run_loop(
         book = None if log is None else opened.enter_context(Log(log, supervisor, first))
         for step in range(count):
             beat += 1
+            if rehearse and (ahead := begin + beat * period - _REHEARSAL - clock()) > 0.0:
+                sleep(ahead)
+                supervisor.controller.file.rehearse()
             if (ahead := begin + beat * period - clock()) > 0.0:
                 sleep(ahead)
             now = clock()

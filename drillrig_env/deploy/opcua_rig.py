@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from drillrig_env.deploy import opcua_nodes as nodes
+from drillrig_env.deploy.greeting import Greeting
 from drillrig_env.deploy.readings import Readings
 from drillrig_env.extras import missing
 
@@ -52,8 +53,9 @@ class OpcUaRig:
             self._call(self._client.connect)
             self._space = self._call(self._client.get_namespace_index, nodes.URI)
             self.greeting: dict[str, Any] = json.loads(self._call(self._node(nodes.ABOUT).read_value))
-            self.speed, self.period = float(self.greeting["speed"]), float(self.greeting["period"])
-            self.channels: dict[str, str] = dict(self.greeting["channels"])
+            said = Greeting.of(self.greeting)
+            self.speed, self.period = said.speed, said.period
+            self.channels: dict[str, str] = said.channels
         except (KeyError, TypeError, ValueError) as error:
             self._leave()
             raise ConnectionError(f"{address} is no rig of this kind: {error}") from error
@@ -81,8 +83,7 @@ class OpcUaRig:
         while not self._readings.fresh and self.clock() < end:
             self.sleep(self.period / _LOOKS)
             self._look()
-        self._readings.fresh = False
-        return self._readings.values
+        return self._readings.seen()
 
     def ages(self) -> dict[str, float]:
         """How old (s) the latest measurements are, by channel."""

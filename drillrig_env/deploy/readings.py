@@ -49,6 +49,13 @@ class Readings:
         if self.armed_at is not None and time > self.armed_at and state == "tripped":
             raise ConnectionError(f"the watchdog of {self.address} has taken over; it waits to be armed again")
 
+    def seen(self) -> Mapping[str, Any]:
+        """The latest values, which are no news from now on. `ConnectionError` where none have ever come."""
+        if not self.values:
+            raise ConnectionError(f"{self.address} sends no measurements")
+        self.fresh = False
+        return self.values
+
     def ages(self, clock: float) -> dict[str, float]:
         """How old (s) the values are at a time (s) of the own clock, by channel."""
         underway = max(0.0, clock - min(self._offsets) - self._time)

@@ -91,6 +91,7 @@ def _control(supervisor: Supervisor, rig: Connection, chosen: Any) -> None:
                 log=chosen.log,
                 operator=hand,
                 shadow=rig.drive_reference if chosen.shadow else None,
+                rehearse=rig.speed == 1.0 and not rig.waits,
                 clock=rig.clock,
                 sleep=rig.sleep,
             )

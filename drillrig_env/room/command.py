@@ -27,6 +27,7 @@ from drillrig_env.extras import missing
 from drillrig_env.flags import add_friction_argument, add_rig_argument, of_kind
 
 PORT = 8347
+_SENT = 131_072  # bytes that the system keeps for a client that is slow; more would only make it later
 _PORTS = Allowed(0, 65535, whole=True)
 _CLIENTS = Allowed(1, 64, whole=True)
 
@@ -82,11 +83,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig room") ->
     listener = _listener(options.host, options.port)
     app = room_app(stock, files, beginning, door, Limits(clients=options.clients))
     address = _address(options.host, listener.getsockname()[1])
-    threading.Thread(target=warm_up, args=(stock, setting), daemon=True).start()
-    token = f"?token={quote(options.token)}" if options.token else ""
-    print(f"control room: {address}/{token}\nCtrl-C closes it", flush=True)
-    if not options.no_browser:
-        threading.Timer(0.3, webbrowser.open, [f"{address}/{token}"]).start()
+    address += f"/?token={quote(options.token)}" if options.token else "/"
     config = uvicorn.Config(
         app,
         ws="websockets-sansio",
@@ -99,6 +96,10 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig room") ->
         limit_concurrency=options.clients + 64,
     )
     try:
+        threading.Thread(target=warm_up, args=(stock, setting), daemon=True).start()
+        print(f"control room: {address}\nCtrl-C closes it", flush=True)
+        if not options.no_browser:
+            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
         uvicorn.Server(config).run(sockets=[listener])
     except Terminated:
         raise
@@ -113,6 +114,7 @@ def _listener(host: str, port: int | None) -> socket.socket:
     for wanted in (port,) if port is not None else (PORT, 0):
         listener = socket.socket(family, socket.SOCK_STREAM)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SENT)
         try:
             listener.bind((host, wanted))
             listener.listen(128)  # whoever opens the address at once waits, and is not refused

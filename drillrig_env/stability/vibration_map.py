@@ -9,11 +9,15 @@ stick-slip, a margin for the driller.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from drillrig_env.arrays import FloatArray
+from drillrig_env.engine import Engine, used
+from drillrig_env.engine.kept import each_kept
 from drillrig_env.friction import Friction, FrictionLike
 from drillrig_env.model import steady_state, wound_up
 from drillrig_env.parameters import POSITIVE, refuse
@@ -31,7 +35,7 @@ CALM, BISTABLE, VIBRATING = 0, 1, 2
 _NUDGE = 0.01  # rad/s of bit speed, beside steady rotation
 _ROUNDING = 1e-8  # rad/s; a swing below this is rounding
 _LEAD, _SHORTEST, _PERIOD = 20.0, 40.0, 0.1  # s: before the first window, of a run, from one look to the next
-_CHUNK = 4000  # rigs simulated at once
+_CHUNK = 4000  # points of a piece, simulated at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +64,15 @@ def simulated_map(
     forces: FloatArray,
     duration: float | None = None,
     threads: int | None = None,
+    engine: Engine | str | None = None,
+    folder: Path | None = None,
 ) -> VibrationMap:
     """The map by direct simulation, each point from steady rotation (nudged) and from a wound-up stuck rig.
 
     A point vibrates where the nudged start does after `duration` s (None: 120 s on the chapter's rig), and is bistable
-    where only the stuck start does. Points within a per cent of a border take longer than that to decide.
+    where only the stuck start does. Points within a per cent of a border take longer than that to decide. `engine` does
+    the points, 4,000 a piece, such as "ray" of `drillrig_env.engine`; by default this process. Pieces that are done are
+    kept in a `folder`, where there is one, from which the same call goes on after a stop, on any engine.
     """
     _check_grid(speeds, forces)
     scales = Scales.of(rig)
@@ -72,15 +80,28 @@ def simulated_map(
     grid = np.meshgrid(speeds, forces)
     speed, force = grid[0].ravel(), grid[1].ravel()
     nudged, stuck = np.empty(speed.shape, dtype=bool), np.empty(speed.shape, dtype=bool)
-    for first in range(0, len(speed), _CHUNK):
-        part = slice(first, first + _CHUNK)
-        frictions = replace(friction, normal_force=force[part])
-        steady = steady_state(rig, frictions, speed[part])
-        calm_start = steady + _NUDGE * scales.speed * np.eye(7)[2]
-        nudged[part] = vibrates(rig, frictions, speed[part], calm_start, duration, threads)
-        stuck[part] = vibrates(rig, frictions, speed[part], wound_up(rig, frictions, speed[part]), duration, threads)
+    parts = [slice(first, first + _CHUNK) for first in range(0, len(speed), _CHUNK)]
+    pieces = [(speed[part], force[part]) for part in parts]
+    of = repr((rig, friction.as_dict(), duration, np.asarray(speeds).tolist(), np.asarray(forces).tolist()))
+    with used(engine) as at:
+        work = partial(_of_points, rig, friction, duration, threads)
+        for number, found in each_kept(at, work, pieces, folder, of):
+            nudged[parts[number]], stuck[parts[number]] = found["nudged"], found["stuck"]
     region = np.where(nudged, VIBRATING, np.where(stuck, BISTABLE, CALM))
     return VibrationMap(speeds, forces, region.reshape(grid[0].shape))
+
+
+def _of_points(
+    rig: Rig, friction: Friction, duration: float, threads: int | None, points: tuple[FloatArray, FloatArray]
+) -> dict[str, npt.NDArray[np.bool_]]:
+    """Which of some points vibrate, by the start."""
+    speed, force = points
+    frictions = replace(friction, normal_force=force)
+    calm_start = steady_state(rig, frictions, speed) + _NUDGE * Scales.of(rig).speed * np.eye(7)[2]
+    return {
+        "nudged": vibrates(rig, frictions, speed, calm_start, duration, threads),
+        "stuck": vibrates(rig, frictions, speed, wound_up(rig, frictions, speed), duration, threads),
+    }
 
 
 def load_step_margin(

@@ -80,6 +80,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m drillrig
             reference=rig.reference,
             target=rig.target,
             steps=chosen.steps,
+            rehearse=chosen.real,
             clock=clock,
             sleep=sleep,
         )

@@ -93,3 +93,25 @@ def test_command_refuses_what_it_cannot_do(flag, value, tmp_path):
     with pytest.raises(SystemExit):
         main(["--rigs", "4", flag, value, "--json", str(tmp_path / "any_rig.json")])
     assert not list(tmp_path.iterdir())
+
+
+def test_a_run_that_was_stopped_is_gone_on_with(tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def outcome(_period, piece):
+        asked.append(piece[0])
+        if len(asked) == 3:
+            raise KeyboardInterrupt
+        return {"rig": piece[0], "error": 1e-9}
+
+    monkeypatch.setattr(any_rig, "outcome_of", outcome)
+    words = ["--rigs", "4", "--json", str(tmp_path / "any_rig.json")]
+    assert main(words) == 130
+    assert main([*words, "--resume"]) == 0
+    assert asked == [0, 1, 2, 2, 3]
+    outcomes = json.loads((tmp_path / "any_rig.json").read_text())["results"]["outcomes"]
+    assert [one["rig"] for one in outcomes] == [0, 1, 2, 3]
+    capsys.readouterr()
+    with pytest.raises(SystemExit):
+        main([*words, "--resume", "--seed", "1"])
+    assert "any_rig.json is of seed = 0, not 1" in capsys.readouterr().err

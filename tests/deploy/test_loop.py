@@ -251,6 +251,13 @@ def test_the_reference_is_asked_for_when_all_is_ready():
     assert rig.reference == pytest.approx(1.5 + 3 * 0.2)
 
 
+def test_a_rehearsal_changes_nothing():
+    played, rehearsed = (run(rig=DryRig(3), steps=60, rehearse=rehearse, policy="lqg")[0] for rehearse in (False, True))
+    assert played.reference == rehearsed.reference
+    supervisor = Supervisor("lqg")
+    supervisor.controller.file.rehearse()  # before the first step there is nothing to do
+
+
 def test_the_operator_leaves():
     supervisor, timing, rig = run(rig=DryRig(3), steps=50, operator=lambda step: Operator(leave=step == 7))
     assert len(timing.took) == rig.steps == 7

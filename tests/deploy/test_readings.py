@@ -12,6 +12,8 @@ def message(time, state="armed", **more):
 def test_ages_count_from_the_fastest_message():
     readings = Readings("rig")
     assert readings.ages(5.0) == {}
+    with pytest.raises(ConnectionError, match="rig sends no measurements"):
+        readings.seen()
     readings.take(message(1.0), clock=1001.02)
     assert readings.ages(1001.02) == {"current": pytest.approx(0.0)}
     readings.take(message(1.1), clock=1001.10)  # 0.02 s faster than the first
@@ -35,7 +37,8 @@ def test_a_clock_that_jumps_is_got_over():
 def test_what_was_overtaken_is_passed_over():
     readings = Readings("rig", same_clock=True)
     readings.take(message(1.1), 1.2)
-    readings.fresh = False
+    assert readings.fresh
+    assert readings.seen() == {"current": 1.1}
     readings.take(message(1.0), 1.2)
     assert not readings.fresh
     assert readings.values == {"current": 1.1}

@@ -1,9 +1,16 @@
+import os
+import signal
+import threading
+from pathlib import Path
+from time import sleep
+
 import numpy as np
 import pytest
 
 from drillrig_env import Friction, Rig, simulate
+from drillrig_env.engine import engine_at
 from drillrig_env.model import steady_state, wound_up
-from drillrig_env.stability import critical_speed, fold_speed
+from drillrig_env.stability import critical_speed, fold_speed, vibration_map
 from drillrig_env.stability.vibration_map import (
     BISTABLE,
     CALM,
@@ -184,3 +191,55 @@ def test_a_bit_that_shakes_at_the_end_vibrates_even_if_it_shook_more_before(monk
         assert verdict_of(
             monkeypatch, lambda t, swing=swing: 3.0 + (t < 50) + 0.5 * swing * np.cos(np.pi * t / 0.1)
         ) == [shakes]
+
+
+def test_a_map_in_pieces_is_the_map(tmp_path, monkeypatch):
+    """Points do not see each other: pieces of another size, and those of a folder, give the same."""
+    speeds, forces = np.linspace(1.0, 5.0, 5), np.linspace(8.0, 20.0, 3)
+    whole = simulated_map(RIG, Friction(), speeds, forces, duration=50.0)
+    monkeypatch.setattr(vibration_map, "_CHUNK", 4)
+    for _ in range(2):
+        parts = simulated_map(RIG, Friction(), speeds, forces, duration=50.0, folder=tmp_path)
+        np.testing.assert_array_equal(parts.region, whole.region)
+        monkeypatch.setattr(vibration_map, "vibrates", None)  # the second time nothing is done
+    assert len(list(tmp_path.glob("piece_*.npz"))) == 4
+    with pytest.raises(ValueError, match="holds pieces of other work"):
+        simulated_map(RIG, Friction(), speeds, forces, duration=51.0, folder=tmp_path)
+
+
+@pytest.mark.slow
+def test_a_large_map_on_ray_is_the_map_of_one_process(tmp_path):
+    """400 x 400 points by two workers, one of which is killed in the midst."""
+    ray = pytest.importorskip("ray")
+    speeds, forces = np.linspace(0.8, 6.0, 400), np.linspace(4.0, 40.0, 400)
+    whole = simulated_map(RIG, Friction(), speeds, forces, duration=45.0)
+
+    def kill():
+        while len(list(tmp_path.glob("piece_*.npz"))) < 3:
+            sleep(0.02)
+        while not killed:
+            names = [Path(f"/proc/{number}/cmdline") for number in os.listdir("/proc") if number.isdigit()]
+            killed.extend(name for name in names if is_worker_of_mine(name))
+        os.kill(int(killed[0].parent.name), signal.SIGKILL)
+
+    killed = []
+    with engine_at("ray", 2) as engine:
+        threading.Thread(target=kill, daemon=True).start()
+        found = simulated_map(RIG, Friction(), speeds, forces, duration=45.0, engine=engine, folder=tmp_path)
+    assert killed
+    assert not ray.is_initialized()
+    np.testing.assert_array_equal(found.region, whole.region)
+
+
+def is_worker_of_mine(cmdline):
+    """Whether a process does a piece for the instance of Ray that this process has started."""
+    try:
+        if not cmdline.read_bytes().startswith(b"ray::_answer_here"):
+            return False
+        return parent(parent(int(cmdline.parent.name))) == os.getpid()
+    except OSError:
+        return False
+
+
+def parent(number):
+    return int(Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[1])

@@ -50,7 +50,7 @@ export class Controls {
       new ChoiceField(into, "start", "Starts in", [
         ["stick_slip", "stick-slip"], ["steady", "steady rotation"], ["rest", "rest"],
       ], choose),
-      new NumberField(into, "noise", "Noise, × standard", "", choose, false),
+      new NumberField(into, "noise", "Noise, of the standard", "", choose, false),
       new NumberField(into, "delay", "Delay", "control steps", choose, false),
       new NumberField(into, "k_p", "Drive k_p", "V s/rad", choose, false),
       new NumberField(into, "k_i", "Drive k_i", "V/rad", choose, false),
@@ -89,7 +89,9 @@ export class Controls {
   /** @param {1 | -1} way */
   faster(way) {
     const at = TIMES.findIndex((value) => value >= this.times - 1e-9) + way;
-    if (at >= 0 && at < TIMES.length) this.send({ do: "speed", times: TIMES[at] });
+    if (at < 0 || at >= TIMES.length) return;
+    this.times = TIMES[at]; // the next key may come before the server's answer
+    this.send({ do: "speed", times: this.times });
   }
 
   /** @param {State} state */

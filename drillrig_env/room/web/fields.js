@@ -52,7 +52,6 @@ export class Field {
     this.refusal.textContent = sentence;
     this.refusal.hidden = !sentence;
     this.input?.setAttribute("aria-invalid", String(Boolean(sentence)));
-    if (!sentence) this.dirty = false;
   }
 
   /** @param {string | number | null} _value */
@@ -80,9 +79,14 @@ export class NumberField extends Field {
     this.place.append(input);
     /** @type {HTMLInputElement | null} */
     this.slider = null;
-    this.dirty = false;
+    this.typing = false;
+    this.asked = "";
+    input.addEventListener("input", () => {
+      this.typing = true;
+    });
     input.addEventListener("change", () => {
-      this.dirty = true;
+      this.typing = false;
+      this.asked = input.value;
       onChange(name, number(input.value));
     });
     if (sliding) {
@@ -101,6 +105,12 @@ export class NumberField extends Field {
     this.place.append(this.refusal);
   }
 
+  /** @param {string} sentence beside what was asked for, which stays to be mended */
+  refuse(sentence) {
+    super.refuse(sentence);
+    if (sentence) this.typed.value = this.asked;
+  }
+
   /** @param {[number, number, number]} ends */
   reach([low, high, step]) {
     if (!this.slider) return;
@@ -114,11 +124,10 @@ export class NumberField extends Field {
    * @param {string | number | null} value
    */
   show(value) {
-    if (this.dirty && !this.refusal.hidden) return;
+    if (!this.refusal.hidden || this.typing) return;
     const text = typeof value === "number" ? String(Number(value.toPrecision(6))) : "";
-    if (document.activeElement !== this.typed || !this.dirty) this.typed.value = text;
+    this.typed.value = text;
     if (this.slider && document.activeElement !== this.slider) this.slider.value = text;
-    this.dirty = false;
   }
 }
 

@@ -63,7 +63,16 @@ export class Panel {
     this.slider.setAttribute("aria-label", `Speed reference of lane ${name}, slider`);
     this.number.setAttribute("aria-label", `Speed reference of lane ${name}, rad/s`);
     this.slider.addEventListener("input", () => this.#ask(Number(this.slider.value)));
-    this.number.addEventListener("change", () => this.#ask(number(this.number.value)));
+    this.number.addEventListener("input", () => {
+      this.typing = true;
+    });
+    this.number.addEventListener("change", () => {
+      this.typing = false;
+      this.asked = this.number.value;
+      this.#ask(number(this.number.value));
+    });
+    this.typing = false;
+    this.asked = "";
     this.byHand = false;
     this.lastWords = 0;
     this.word = "";
@@ -102,7 +111,9 @@ export class Panel {
     const place = this.part(`.refusal-${where}`);
     place.textContent = sentence;
     place.hidden = !sentence;
-    if (where === "hand") this.number.setAttribute("aria-invalid", String(Boolean(sentence)));
+    if (where !== "hand") return;
+    this.number.setAttribute("aria-invalid", String(Boolean(sentence)));
+    if (sentence) this.number.value = this.asked;
   }
 
   /** Forget the run that was. */
@@ -147,7 +158,8 @@ export class Panel {
     this.slider.step = "any";
     if (lane.hand !== null) {
       if (document.activeElement !== this.slider) this.slider.value = String(lane.hand);
-      if (document.activeElement !== this.number) this.number.value = String(Number(lane.hand.toPrecision(4)));
+      const settled = !this.typing && this.part(".refusal-hand").hidden;
+      if (settled) this.number.value = String(Number(lane.hand.toPrecision(4)));
     }
   }
 
