@@ -25,6 +25,7 @@ from drillrig_env.deploy.supervisor import Supervisor
 from drillrig_env.parameters import checked
 
 _KEPT = 100_000  # steps
+_SHORTEST = 0.5  # control periods between two steps
 _REHEARSAL = 0.004  # s before the beat
 
 
@@ -105,8 +106,9 @@ def run_loop(
     With `shadow`, which tells the reference (rad/s) that the drive has from somebody else, nothing is commanded, and
     what would have been is logged. With `rehearse` the policy is computed once just before each beat, for nothing, so
     that the step itself is quick; it is for the system's own time. `clock` and `sleep` are those of the system. A beat
-    that has passed altogether is left out, never made up for. When the loop ends, whatever ends it, the drive keeps its
-    last reference: a watchdog on the rig's side takes over. Raises `ValueError` as `Supervisor.start` does.
+    that has passed, or that comes less than half a period after a late one, is left out, never made up for. When the
+    loop ends, whatever ends it, the drive keeps its last reference: a watchdog on the rig's side takes over. Raises
+    `ValueError` as `Supervisor.start` does.
     """
     count = checked("run_loop", "steps", steps, "", COUNT)
     period, timing, beat = supervisor.controller.period, Timing(), 0
@@ -116,8 +118,12 @@ def run_loop(
         begin = clock()
         supervisor.start(has, target, first, 0.0)
         book = None if log is None else opened.enter_context(Log(log, supervisor, first))
+        now = begin
         for step in range(count):
             beat += 1
+            if begin + beat * period - now < _SHORTEST * period:  # it would come too soon after a late one
+                timing.missed += 1
+                beat += 1
             if rehearse and (ahead := begin + beat * period - _REHEARSAL - clock()) > 0.0:
                 sleep(ahead)
                 supervisor.controller.file.rehearse()

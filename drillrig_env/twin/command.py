@@ -14,8 +14,10 @@ docs/line_protocol.md has the protocol, docs/hardware.md all the rest.
 from __future__ import annotations
 
 import asyncio
+import os
 import selectors
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -73,7 +75,8 @@ def _parser(prog: str) -> Parser:
     add_friction_argument(parser, "the chapter's, in the scales of the rig")
     port = of_kind(_PORTS)
     add("--port", type=port, default=PORT, help=f"of the line; 0: any that is free (default: {PORT})")
-    add("--opcua", type=port, metavar="PORT", help="serve OPC UA besides (default: not)")
+    ports = of_kind(Allowed(1, _PORTS.high, whole=True))
+    add("--opcua", type=ports, metavar="PORT", help="serve OPC UA besides (default: not)")
     add("--host", default=HERE[0], help=f"address to listen at (default: {HERE[0]}, this computer alone)")
     add("--token-file", type=of_kind(File()), metavar="FILE", help="whose first line a client must have")
     add("--speed", type=of_kind(POSITIVE), default=1.0, help="times real time (default: 1)")
@@ -137,7 +140,8 @@ async def _serve(pace: Pace, chosen: Any, token: str) -> None:
 
     rig, server = pace.station.rig, LineServer(pace, token)
     pace.station.advance()  # compiles what is not compiled yet, before anybody looks
-    listening = await server.listen(chosen.host, chosen.port)
+    with _said_in_a_sentence(chosen.host, chosen.port):
+        listening = await server.listen(chosen.host, chosen.port)
     host, port = listening.sockets[0].getsockname()[:2]
     print(f"rig: {rig.target:.3g} rad/s wanted, {rig.core.episodes['normal_force'][0]:.3g} N, {chosen.start}")
     print(f"measures each {rig.period:g} s: {', '.join(f'{name} ({unit})' for name, unit in rig.channels.items())}")
@@ -146,9 +150,29 @@ async def _serve(pace: Pace, chosen: Any, token: str) -> None:
         if chosen.opcua is None:
             await pace.run()
         else:
-            from drillrig_env.twin.opcua import OpcUaServer
-
-            async with OpcUaServer(pace, chosen.host, chosen.opcua, token) as opcua:
-                print(f"listening at {opcua.address}", flush=True)
-                await pace.run()
+            await _serve_opcua_too(pace, chosen, token)
     raise Failed(f"the rig's day is over, {rig.time:.6g} s; start it anew")
+
+
+async def _serve_opcua_too(pace: Pace, chosen: Any, token: str) -> None:
+    from drillrig_env.twin.opcua import OpcUaServer
+
+    opcua = OpcUaServer(pace, chosen.host, chosen.opcua, token)
+    with _said_in_a_sentence(chosen.host, chosen.opcua):
+        await opcua.begin()
+    try:
+        print(f"listening at {opcua.address}", flush=True)
+        await pace.run()
+    finally:
+        await opcua.end()
+
+
+@contextmanager
+def _said_in_a_sentence(host: str, port: int) -> Iterator[None]:
+    """What becomes of an address that cannot be had."""
+    try:
+        yield
+    except OSError as error:
+        number = error.errno or 0
+        reason = (os.strerror(number) if number > 0 else error.strerror or str(error)).lower()
+        raise Failed(f"{host}:{port} cannot be listened at: {reason}; give another port") from error

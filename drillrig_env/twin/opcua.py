@@ -9,8 +9,7 @@ import logging
 import secrets
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from drillrig_env.deploy import opcua_nodes as nodes
 from drillrig_env.deploy.opcua_rig import opcua
@@ -19,9 +18,9 @@ from drillrig_env.twin.pace import Pace
 
 
 class OpcUaServer:
-    """Serves the station of `pace`, which runs beside it, while its block runs. With a `token` clients must have it.
+    """Serves the station of `pace`, which runs beside it. With a `token` clients must have it.
 
-    `OSError` where the port cannot be had, `ImportError` without asyncua.
+    `ImportError` without asyncua.
     """
 
     def __init__(self, pace: Pace, host: str, port: int, token: str = "") -> None:
@@ -37,7 +36,8 @@ class OpcUaServer:
         self._latest: Mapping[str, Any] = {}
         self._came = asyncio.Event()
 
-    async def __aenter__(self) -> Self:
+    async def begin(self) -> None:
+        """Begin to serve. `OSError` where the port cannot be had."""
         ua, server = self._ua, self._server
         await server.init()
         server.set_endpoint(self.address)
@@ -68,11 +68,9 @@ class OpcUaServer:
         await server.start()
         self._writing = asyncio.create_task(self._write())
         self.pace.receivers.append(self.deliver)
-        return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def end(self) -> None:
+        """Serve no more."""
         self.pace.receivers.remove(self.deliver)
         if self._writing is not None:
             self._writing.cancel()

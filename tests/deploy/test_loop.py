@@ -142,6 +142,9 @@ def test_a_beat_that_has_passed_is_left_out_and_told():
     assert len(timing.took) == 25
     assert any("control step late: 0.53 s" in event.reason for event in supervisor.events.kept)
     assert supervisor.state is State.NORMAL
+    supervisor, timing, _ = run(rig=DryRig(3), clock=Clock(late_at=10, by=0.07), steps=25)
+    assert timing.missed == 1  # the next one, which would come 0.03 s later
+    assert supervisor.events.of("fault") == []
     _, timing, _ = run(rig=DryRig(3), clock=Clock(late_at=10, by=0.03), steps=20)
     assert timing.missed == 0
     assert max(timing.late) == pytest.approx(0.03)

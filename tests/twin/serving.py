@@ -42,7 +42,9 @@ class Served:
         async with AsyncExitStack() as stack:
             await stack.enter_async_context(listening)
             if self.opcua:
-                found = await stack.enter_async_context(OpcUaServer(self.pace, host, free_port(), self.token))
+                found = OpcUaServer(self.pace, host, free_port(), self.token)
+                await found.begin()
+                stack.push_async_callback(found.end)
                 self.address = found.address
             self.ready.set()
             await self.pace.run()

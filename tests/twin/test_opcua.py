@@ -23,13 +23,13 @@ def served_over_opcua(rig=None, **settings):
 
 def test_a_policy_controls_it_and_a_replay_agrees(tmp_path):
     log = tmp_path / "run.csv"
-    faults = [Fault("current", "missing", 2.0, 3.0), Fault("voltage", "slow", 2.0, 3.0)]
+    faults = [Fault("current", "missing", 12.0, 14.0), Fault("voltage", "slow", 12.0, 14.0)]
     with served_over_opcua(faults=faults, periods=50) as served:
         with closing(connect(served.address)) as rig:
             supervisor = Supervisor("z_torque", Limits(sound_time=0.3))
             assert compare(supervisor, rig) == []
             reference = served.station.rig.reference
-            run_loop(supervisor, rig, reference=rig.arm, target=rig.target, steps=60, log=log, clock=rig.clock,
+            run_loop(supervisor, rig, reference=rig.arm, target=rig.target, steps=150, log=log, clock=rig.clock,
                      sleep=rig.sleep)  # fmt: skip
             assert served.station.rig.reference != reference
         assert served.station.state == "idle"
