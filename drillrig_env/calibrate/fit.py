@@ -29,6 +29,9 @@ _FIRST, _LAST, _KEPT = 10, 60, 4
 
 _TOLERANCE = 1e-6
 
+_ROUNDS, _STEADY = 5, 0.01
+"""Last fits of the best parameters, at most, and by what share the noise that they leave may still change."""
+
 _SOFT = 3.0
 """Residuals beyond so many deviations of the noise count less than their squares (soft-L1)."""
 
@@ -40,7 +43,7 @@ class Best:
     problem: Problem
     logs: FloatArray
     cost: float  # half the sum of squares in units of the noise, soft as it is
-    costs: FloatArray  # of all starts, ascending
+    costs: FloatArray  # of all starts, ascending, in units of the noise with which they were compared
     residuals: list[FloatArray]
     derivatives: list[FloatArray]
     starts: int = 1  # that were done
@@ -59,11 +62,12 @@ def fit(
 
     Without `begin` the second has the motor's circuit and speed loop as the records tell them, where they do.
     `told` hears after each start how many are done and the best cost so far. Noise is what was measured of it at first;
-    for the last fits, what the best of the first leaves over, where that is more. `NotFiniteError` where the model runs
+    for the last fits, what the best of the first leaves over, where that is more; and the best of them is fitted until
+    the noise that it is fitted with is what it leaves. `NotFiniteError` where the model runs
     away from every start. Ctrl-C ends the starts, and the last fit goes on with the best so far; another one ends that.
     `search` has the engine that does it and keeps what is done; by default it is this process, and nothing is kept.
     """
-    search = search or Search()
+    search, measured = search or Search(), problem.noise
     drawn = np.random.default_rng(seed).uniform(-_SPREAD, _SPREAD, (starts, len(problem.unknowns.names)))
     narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
     drawn[0] = 0.0
@@ -86,16 +90,25 @@ def fit(
     if not found:
         raise NotFiniteError(done[-1][1].failure)
     problem.begin(found[0].logs)
-    problem.noise = _noise_left(problem, problem.residuals(found[0].logs))
+    problem.noise = _noise_left(problem, measured, problem.residuals(found[0].logs))
     kept = 1 if stopped else _KEPT
     last = sorted(search.each(_ended, problem, _LAST, [one.logs for one in found[:kept]]), key=lambda one: one[0])
     failures = [one.failure for _, one in last]
     if all(failures):
         raise NotFiniteError(failures[0])
     best = min((one for _, one in last), key=lambda one: one.cost)
+    costs = np.array(sorted(one.cost for one in (*(one for _, one in last), *found[kept:])))
+    for _ in range(0 if stopped else _ROUNDS):
+        problem.begin(best.logs)
+        noise = _noise_left(problem, measured, problem.residuals(best.logs))
+        if all(np.allclose(new, old, rtol=_STEADY) for new, old in zip(noise, problem.noise, strict=True)):
+            break
+        problem.noise = noise
+        ((_, best),) = search.each(_ended, problem, _LAST, [best.logs])
+        if best.failure:
+            raise NotFiniteError(best.failure)
     problem.begin(best.logs)
     residuals = problem.residuals(best.logs)
-    costs = np.array(sorted(one.cost for one in (*(one for _, one in last), *found[kept:])))
     return Best(problem, best.logs, best.cost, costs, residuals, problem.derivatives(best.logs), len(done), stopped)
 
 
@@ -164,12 +177,12 @@ _HOPELESS = 1e3
 """The residual of parameters with which the model runs away."""
 
 
-def _noise_left(problem: Problem, residuals: Sequence[FloatArray]) -> list[FloatArray]:
+def _noise_left(problem: Problem, measured: Sequence[FloatArray], residuals: Sequence[FloatArray]) -> list[FloatArray]:
     """The noise by channel: what residuals leave over, where it is more than what was measured of it."""
     found = []
-    for windows, noise, left in zip(problem.windows, problem.noise, residuals, strict=True):
+    for windows, least, noise, left in zip(problem.windows, measured, problem.noise, residuals, strict=True):
         table = left[:, :-FREE].reshape(-1, len(windows.names))
         held = np.isfinite(windows.data).reshape(-1, len(windows.names))
         spread = [1.4826 * np.median(np.abs(table[held[:, i], i])) for i in range(table.shape[1])]
-        found.append(noise * np.maximum(1.0, spread))
+        found.append(np.maximum(least, noise * np.array(spread)))
     return found
