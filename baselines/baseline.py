@@ -144,6 +144,8 @@ class Baseline(AtHome):
     def draw(self, graph: Graph, observation: Value) -> Value:
         """The action (batch, 1) of observations (batch, channels) in an ONNX graph; see `drillrig_env.deploy.build`.
 
+        `graph` is the one to draw in, `observation` its value.
+
         `ValueError` for a law of which there is no graph, with those of which there is.
         """
         from baselines.graphs import draw
@@ -168,6 +170,8 @@ class Baseline(AtHome):
         deterministic: bool = True,
     ) -> tuple[npt.NDArray[np.float32], tuple[np.ndarray, ...] | None]:
         """Actions for observations of shape (n, channels) or (channels,), and the policy's next state.
+
+        `observation` is in the environment's own scaling.
 
         `state` is what the last call returned (None at first); where `episode_start` is true it is
         begun anew. The law is deterministic whatever `deterministic` says. `ValueError` for observations of other

@@ -74,6 +74,8 @@ class CountedLaw(Baseline):
     def places(self, privileged: Mapping[str, FloatArray]) -> npt.NDArray[np.intp]:
         """Which of `plants` each episode has, shape (n,); (1,) where nothing is told, and there is the one.
 
+        `privileged` has what is told, by name, shape (n,) each.
+
         `ValueError` for a rig that is not of the fleet.
         """
         if "rig" not in privileged:
@@ -94,11 +96,14 @@ class CountedLaw(Baseline):
             raise refuse(type(self).__name__, "law of the friction", repr(law), "", repr(_CHAPTERS_LAW))
 
     def unit(self, name: str) -> float:
-        """What a channel, or an entry of `info`, is counted in."""
+        """What a channel, or an entry of `info`, is counted in. `name` is that of either."""
         return self._units.get(name, 1.0)
 
     def followed(self, time_constant: float) -> float:
-        """Share that a mean with a time constant follows in a control step."""
+        """Share that a mean with a time constant follows in a control step.
+
+        `time_constant` is in s, as on the chapter's rig.
+        """
         return 1.0 - exp(-self.period / time_constant)
 
     def each_step(self, share: float) -> float:

@@ -71,7 +71,10 @@ class JumpEaseEstimated(JumpEase):
         return self._follow(seen, course, memory[:, :2])
 
     def estimates(self, memory: FloatArray) -> list[Friction]:
-        """The frictions that the torques seen so far allow, one for each decay v_b that is considered."""
+        """The frictions that the torques seen so far allow, one for each decay v_b that is considered.
+
+        `memory` is the law's, shape (n, numbers).
+        """
         static = memory[:, _BREAK_LOOSE]
         likely_mu_s, likely_mu_k, likely_v_b = self.nominal_friction.as_array(1)[0, 1:].tolist()
         found = []

@@ -100,6 +100,8 @@ __getattr__, __dir__ = loaded_when_used(__name__, _PLACES)
 def make_sb3(num_envs: int = 1, seed: int | None = None, env_id: str = "DrillRig-v0", **kwargs: Any) -> DrillRigVecEnv:
     """A Stable-Baselines3 `VecEnv` of `num_envs` rigs of an environment; `kwargs` as for the environment.
 
+    `seed` is that of the first rig, and the rig i has `seed` + i; `env_id` is a key of `ENVIRONMENTS`.
+
     >>> from stable_baselines3 import PPO
     >>> model = PPO("MlpPolicy", make_sb3(64, seed=0))
 

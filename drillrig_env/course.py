@@ -97,6 +97,8 @@ class Course:
     def read(cls, path: str | Path) -> Course:
         """A course from a CSV file: a header with `time` and any of `COLUMNS`, then a line for each time.
 
+        `path` is the file.
+
         Raises `ValueError` for what is no such file, naming the line, and `FileNotFoundError` where there is none.
         """
         try:
@@ -133,7 +135,7 @@ class Course:
         return tuple(name for name in COLUMNS if getattr(self, name) is not None)
 
     def values(self, name: str) -> FloatArray | None:
-        """The values of one of `COLUMNS` at its times; None where it is not given."""
+        """The values of one of `COLUMNS` at its times; None where it is not given. `name` is one of them."""
         found: FloatArray | None = getattr(self, name)
         return found
 

@@ -86,11 +86,17 @@ class Drive:
         return cls(rig.k_p, rig.k_i)
 
     def remaining_K_E(self, rig: Rig) -> float:
-        """Voltage constant K_E (V s/rad) of the motor as this drive leaves it; below 0 where it drives the motor on."""
+        """Voltage constant K_E (V s/rad) of the motor as this drive leaves it; below 0 where it drives the motor on.
+
+        `rig` has the motor.
+        """
         return (1.0 - self.back_emf_share) * rig.K_E
 
     def compensation(self, rig: Rig) -> float:
-        """Voltage that makes up for the back-EMF, for each rad/s of the top speed x_5 (V s/rad)."""
+        """Voltage that makes up for the back-EMF, for each rad/s of the top speed x_5 (V s/rad).
+
+        `rig` has the motor.
+        """
         return rig.eta * (rig.K_E - self.remaining_K_E(rig))
 
     def on(self, nominal: Rig) -> Drive:
@@ -101,7 +107,10 @@ class Drive:
         return _OfNameplate(**own, nameplate=nominal)
 
     def room(self, rig: Rig) -> float:
-        """How far (V) the voltage may be from the back-EMF: R times the largest current; infinite without a limit."""
+        """How far (V) the voltage may be from the back-EMF: R times the largest current; infinite without a limit.
+
+        `rig` has the motor.
+        """
         return inf if self.current_limit is None else rig.R * self.current_limit
 
     def as_dict(self) -> dict[str, Any]:

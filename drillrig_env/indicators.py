@@ -31,6 +31,9 @@ class UndefinedIndicatorError(ValueError):
 class Score:
     """How one signal of the model matches the measured one over one part of the measurement.
 
+    `signal` and `part` say of what, `samples` how many there are; `correlation` is P_C, and `amplitude_pulse_level` is
+    APL.
+
     An indicator that is undefined for the signals is nan.
     """
 
@@ -43,6 +46,8 @@ class Score:
 
 def correlation(measured: npt.ArrayLike, simulated: npt.ArrayLike) -> float:
     """Pearson correlation coefficient P_C of two signals of shape (n,), equation (4-10).
+
+    X_2 is `simulated`.
 
         P_C = (S_12 - S_1 S_2 / n) / sqrt((S_11 - S_1^2 / n) (S_22 - S_2^2 / n))
 
@@ -92,6 +97,8 @@ def score_signals(
 ) -> list[Score]:
     """Both indicators for every signal of `measured`: over the times up to `window` (s), then over all.
 
+    `simulated` has those of the model under the same names.
+
     All signals have the shape (n,) of `time` (s, ascending from about 0). Raises `ValueError` for a
     window that holds fewer than 2 samples, and for signals that `correlation` does not allow.
     """
@@ -113,7 +120,7 @@ def score_signals(
 
 
 def score_table(scores: Sequence[Score]) -> str:
-    """Scores as a table for the terminal, a line each."""
+    """Scores as a table for the terminal, a line each. `scores` are those of `score_signals`."""
     lines = [f"{'signal':14}{'part':14}{'samples':>9}{'P_C':>11}{'APL':>11}"]
     for score in scores:
         indicators = (score.correlation, score.amplitude_pulse_level)

@@ -80,6 +80,8 @@ class Mud:
     def of(cls, mud: Any) -> Mud | None:
         """Mud from (viscosity in Pa s, hole in m), or from a dictionary of these; None stays None.
 
+        `mud` is any of these.
+
         `ValueError` for anything else.
         """
         if mud is None or isinstance(mud, cls):
@@ -107,6 +109,8 @@ def three_lumps(
     mud: Mud | None = None,
 ) -> dict[str, float]:
     """Inertias (kg m^2), stiffnesses (N m/rad) and damping (N m s/rad) of a string, by the names of `Rig`.
+
+    `pipe` hangs above `collars`; `density` (kg/m^3) and `shear_modulus` (Pa) are those of their steel.
 
     `top_drive` is the inertia of what turns at the top (kg m^2), `loss_time` damping over stiffness (s). What `mud`
     takes from the topmost quarter of the pipe is a loss of the motor, C_m, which turns with it at eta = 1.

@@ -78,6 +78,8 @@ def armature_voltage(
 ) -> FloatArray:
     """Voltage of the armature (V): what the speed loop (4-6) asks for, within the drive's limit, and its offset.
 
+    `rig` has the loop's gains; `speed_reference` and `top_speed` are the speeds, `speed_error_integral` the integral.
+
     Speeds are in rad/s, the integral in rad; shapes broadcast. A `drive` of None is the rig's own.
     """
     own = drive or Drive.of_rig(rig)
@@ -118,12 +120,15 @@ def with_stuck_collars(rig: Rig) -> Rig:
 
 
 def torque_on_collars(rig: Rig, x_4: Quantity) -> FloatArray:
-    """Friction torque T_r2(x_4) on disc 2 (N m) at speeds x_4 (rad/s); shape (...)."""
+    """Friction torque T_r2(x_4) on disc 2 (N m) at speeds x_4 (rad/s); shape (...). `rig` has T_r2 and omega_s."""
     return np.asarray(rig.T_r2 * np.clip(np.asarray(x_4) / rig.omega_s, -1.0, 1.0))
 
 
 def friction_input(rig: Rig) -> FloatArray:
-    """How the friction torque enters (4-17): the derivative of the 7 rates with respect to T_r1; shape (7,)."""
+    """How the friction torque enters (4-17): the derivative of the 7 rates with respect to T_r1; shape (7,).
+
+    `rig` has J_1.
+    """
     b = np.zeros(7)
     b[2] = -1.0 / rig.J_1
     return b
@@ -131,6 +136,8 @@ def friction_input(rig: Rig) -> FloatArray:
 
 def steady_state(rig: Rig, friction: Friction, speed: Quantity) -> FloatArray:
     """Steady rotation at `speed` (rad/s, > 0), equation (4-16) with x_6 and x_7; shape (..., 7).
+
+    `rig` is one rig; `friction` has one entry or many.
 
     Shapes of `speed` and the friction's fields broadcast. A torque T_r2 on disc 2 adds to the
     torque that the lower shaft and the motor carry.
@@ -167,6 +174,8 @@ def _limited_state(rig: Rig, limiting: Limiting) -> FloatArray:
 def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatArray:
     """Stuck rigs just before break-loose: discs still, shafts twisted by it, the drive as in steady rotation.
 
+    `rig` is one rig; `friction` has one entry or many.
+
     Shapes of `speed_reference` (rad/s) and the friction's fields broadcast; the result has shape (..., 7).
     """
     states = steady_state(rig, friction, speed_reference)
@@ -183,7 +192,10 @@ def _speed_loop(rig: Rig, drive: Drive | None) -> tuple[float, float, float]:
 
 
 def equilibrium(rig: Rig, T_r1: Quantity, omega: Quantity, drive: Drive | None = None) -> FloatArray:
-    """The state that (4-17) holds still at `omega` (rad/s) under a torque T_r1 on disc 1 (N m); shape (..., 7)."""
+    """The state that (4-17) holds still at `omega` (rad/s) under a torque T_r1 on disc 1 (N m); shape (..., 7).
+
+    `rig` is one rig, with its own drive where `drive` is None.
+    """
     T_r1, omega = np.broadcast_arrays(T_r1, omega)
     _, k_i, K_E = _speed_loop(rig, drive)
     T_12, T_r2 = T_r1 + rig.C_1 * omega, rig.T_r2 + rig.C_2 * omega
@@ -213,6 +225,8 @@ def check_state(rig: Rig, state: FloatArray | Sequence[float] | None, drive: Dri
 def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
     """omega_min of (4-15), in rad/s: below it a drive with the gain k_p alone does not break the bit loose.
 
+    `rig` is one rig; `friction` has one entry or many.
+
     The chapter leaves out the integrator here. With it the drive winds up and always breaks away:
     standstill is no equilibrium of the 7-state model for a positive speed reference.
     Raises `ValueError` for k_p <= 0, where (4-15) has no meaning.
@@ -226,6 +240,8 @@ def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
 
 def torque_into_string(rig: Rig, state: FloatArray) -> FloatArray:
     """Torque that the drive delivers into the string, -(k_2 x_2 + d_2 (x_4 - x_5)), in N m; shape (...).
+
+    `rig` has the upper shaft; `state` has the shape (..., 7).
 
     In steady rotation it is T_r1 + T_r2, and what viscous discs lose.
     """
@@ -250,7 +266,10 @@ def estimate_of_torque(rig: Rig, nominal: Rig) -> tuple[float, float, float, flo
 
 
 def stored_energy(rig: Rig, state: FloatArray) -> FloatArray:
-    """Mechanical energy of discs, motor inertia and shafts, in J; `state` of shape (..., 7), result (...)."""
+    """Mechanical energy of discs, motor inertia and shafts, in J; `state` of shape (..., 7), result (...).
+
+    `rig` is one rig.
+    """
     x = np.asarray(state)
     kinetic = rig.J_1 * x[..., 2] ** 2 + rig.J_2 * x[..., 3] ** 2 + rig.J_3 * x[..., 4] ** 2
     elastic = rig.k_1 * x[..., 0] ** 2 + rig.k_2 * x[..., 1] ** 2
@@ -258,13 +277,19 @@ def stored_energy(rig: Rig, state: FloatArray) -> FloatArray:
 
 
 def motor_power(rig: Rig, state: FloatArray) -> FloatArray:
-    """Power that the motor's field puts into the shaft, eta K_T x_6 x_5, in W; shape (...)."""
+    """Power that the motor's field puts into the shaft, eta K_T x_6 x_5, in W; shape (...).
+
+    `rig` has the motor; `state` has the shape (..., 7).
+    """
     x = np.asarray(state)
     return np.asarray(rig.eta * rig.K_T * x[..., 5] * x[..., 4])
 
 
 def dissipated_power(rig: Rig, friction: Friction, state: FloatArray) -> FloatArray:
-    """Power lost in shafts, motor friction, brake pin, viscous discs, to T_r2, in W; `state` (..., 7), result (...)."""
+    """Power lost in shafts, motor friction, brake pin, viscous discs, to T_r2, in W; `state` (..., 7), result (...).
+
+    `rig` is one rig; `friction` has one entry or many.
+    """
     x = np.asarray(state)
     shafts = rig.d_1 * (x[..., 2] - x[..., 3]) ** 2 + rig.d_2 * (x[..., 3] - x[..., 4]) ** 2
     motor = rig.eta**2 * rig.C_m * x[..., 4] ** 2 + rig.eta * rig.T_f * x[..., 4]

@@ -38,6 +38,9 @@ def vode(
 ) -> FloatArray:
     """Integrate as the chapter does, with VODE's BDF method on (4-17) and (4-9), in plain Python.
 
+    `rig` and `friction` are of one rig, at a constant `speed_reference` (rad/s) and under its `drive` (None: its own);
+    `times` (s) have the shape (n + 1,), and `rtol` is the relative tolerance of a step.
+
     `times` starts at the time of `state`, when a tilted `disc` is at `angle` (theta_1, rad); returns the states at
     `times[1:]`, shape (n, 7). With `with_jacobian=False` VODE iterates functionally, at some 40 times the work. The
     Jacobian is left to VODE's differences: SciPy 1.17 reads a user's one transposed here.
@@ -77,6 +80,9 @@ def radau(
     drive: Drive | None = None,
 ) -> FloatArray:
     """Integrate with Radau one piece of every law at a time, each kink located as an event.
+
+    `rig`, `friction`, `speed_reference` (rad/s), `state` (7,), `times` (s), `disc`, `angle` (rad) and `drive` are those
+    of `vode`; `rtol` and `atol` (in each state's own unit) are the tolerances of a step.
 
     Laws are that of (4-9), that of T_r2, and the limit of the drive's current.
 

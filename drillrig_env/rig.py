@@ -153,13 +153,18 @@ class Rig:
     def from_toml(cls, path: str | Path) -> Rig:
         """Read a rig from the table `[rig]` of a TOML file; every key must be there, and no other.
 
+        `path` is the file.
+
         A table that says `base = "chapter"` holds changes to the chapter's rig instead. Raises `ValueError` naming
         file, key, value, unit and allowed range, and `FileNotFoundError` where there is no such file.
         """
         return read_section(path, "rig", cls)
 
     def to_toml(self, path: str | Path) -> None:
-        """Write the rig as a TOML file that `from_toml` reads back unchanged."""
+        """Write the rig as a TOML file that `from_toml` reads back unchanged.
+
+        `path` is the file, which is written over.
+        """
         write_section(self, path, "rig")
 
 

@@ -35,6 +35,10 @@ SIGNALS = ("time", *STATE_NAMES, "speed_reference", "normal_force", "voltage", "
 class Simulation:
     """A simulated run: `time` (n,), `state` (n, 7) in the model's order, and the inputs at those times.
 
+    `rig`, `friction` (with an entry a time where a course gives coefficients) and `drive` (None: the rig's own) are
+    those that were simulated; `speed_reference` (rad/s) and `normal_force` (N, as the disc presses at its angle) have
+    the shape (n,).
+
     The states are also there by name: `bit_speed`, `collar_speed`, `top_speed` (rad/s), `twist_12`,
     `twist_23`, `speed_error_integral` (rad), `current` (A).
     """

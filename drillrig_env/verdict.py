@@ -41,6 +41,8 @@ def stick_slip_index(lowest: Quantity, highest: Quantity, mean: Quantity) -> Flo
 def is_calm(lowest: Any, highest: Any, mean: Any, speed_scale: float = 1.0, index: float = CALM_INDEX) -> Any:
     """Whether windows of bit speed are calm, SSI < `index`; numbers or arrays.
 
+    `lowest`, `highest` and `mean` are those of the windows, rad/s.
+
     `speed_scale` is the rig's scale of speeds, see `drillrig_env.scales`.
     """
     return (highest - lowest < index * 2.0 * mean) & (mean > LEAST_MEAN * speed_scale)
@@ -49,5 +51,8 @@ def is_calm(lowest: Any, highest: Any, mean: Any, speed_scale: float = 1.0, inde
 def is_mitigated(
     lowest: Any, highest: Any, mean: Any, target: Any, speed_scale: float = 1.0, index: float = CALM_INDEX
 ) -> Any:
-    """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays."""
+    """Whether windows are calm and their mean bit speed within 5 % of the target; numbers or arrays.
+
+    `lowest`, `highest`, `mean` and `target` are in rad/s; `speed_scale` and `index` as for `is_calm`.
+    """
     return is_calm(lowest, highest, mean, speed_scale, index) & (np.abs(mean - target) <= TRACKING_TOLERANCE * target)

@@ -13,7 +13,7 @@ from docs.site import api, commands, outside, records
 from docs.site.check import faults
 from docs.site.check import main as check
 from docs.site.docstrings import as_markdown
-from docs.site.public import modules, names_of, shown_names
+from docs.site.public import arguments_of, documented, fields_said, modules, names_of, shown_names
 from drillrig_env.cli import COMMANDS
 from drillrig_env.evaluation.suites import SUITES
 
@@ -100,3 +100,25 @@ def test_a_site_that_is_not_there_is_refused(tmp_path, capsys):
     with pytest.raises(SystemExit):
         check([str(tmp_path / "none")])
     assert "has no index.html" in capsys.readouterr().err
+
+
+def test_every_public_argument_is_named():
+    silent = [
+        f"{one.label}: {argument}"
+        for one in documented()
+        for argument in arguments_of(one.value)
+        if not re.search(rf"\b{re.escape(argument)}\b", one.said)
+    ]
+    assert silent == []
+
+
+def test_an_argument_that_is_not_named_is_seen():
+    class Law:
+        """A law of `speed`."""
+
+        def __init__(self, speed, load):
+            pass
+
+    assert arguments_of(Law) == ["speed", "load"]
+    assert arguments_of(ValueError) == []
+    assert fields_said(drillrig_env.Rig).split("\n")[:3] == ["J_1", "J_2", "J_3"]

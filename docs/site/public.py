@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Iterator
+from enum import Enum
 from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -16,7 +17,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "What the equations promise": ("drillrig_env.stability", "drillrig_env.verdict", "drillrig_env.indicators"),
     "The environments": ("drillrig_env.env.single", "drillrig_env.env.vector", "drillrig_env.env.sb3",
                          "drillrig_env.env.sensors", "drillrig_env.scales", "drillrig_env.lumps", "drillrig_env.seeds"),
-    "Policies": ("baselines", "drillrig_env.policy"),
+    "Policies": ("baselines", "baselines.counted", "drillrig_env.policy"),
     "Comparing them": ("drillrig_env.evaluation.suites", "drillrig_env.evaluation.runner",
                        "drillrig_env.evaluation.scores", "drillrig_env.evaluation.statistics"),
     "Records, and hardware": ("drillrig_env.calibrate", "drillrig_env.calibrate.records", "drillrig_env.deploy",
@@ -72,7 +73,7 @@ def names_of(module: str) -> tuple[Name, ...]:
 
 def is_own(module: str, name: str, value: Any) -> bool:
     """Whether a module defines a name for others: a function, a class, or a constant with a sentence below it."""
-    if name.startswith("_"):
+    if name.startswith("_") or name == "main":
         return False
     if inspect.isfunction(value) or inspect.isclass(value):
         return value.__module__ == module
@@ -125,6 +126,11 @@ def inherited(owner: type, name: str) -> str:
     return next((text for base in owner.__mro__ if (text := inspect.getdoc(vars(base).get(name)) or "")), "")
 
 
+def said_of(owner: type, name: str) -> str:
+    """All that a class and its bases say of a method."""
+    return "\n".join(inspect.getdoc(vars(base).get(name)) or "" for base in owner.__mro__ if name in vars(base))
+
+
 def documented() -> Iterator[Member]:
     """Every public function, class and method."""
     for one in shown_names().values():
@@ -134,7 +140,7 @@ def documented() -> Iterator[Member]:
             yield Member(one.full, one.value, said)
             for name, value in members_of(one.value):
                 if not isinstance(value, property):
-                    yield Member(f"{one.full}.{name}", getattr(one.value, name), inherited(one.value, name))
+                    yield Member(f"{one.full}.{name}", getattr(one.value, name), said_of(one.value, name))
         elif callable(one.value):
             yield Member(one.full, inspect.unwrap(one.value), inspect.getdoc(one.value) or "")
 
@@ -159,7 +165,7 @@ def field_below(owner: type, name: str) -> str:
 
 
 def arguments_of(value: Any) -> list[str]:
-    """The names of the arguments of a function or class, as one gives them."""
-    if is_error(value):
+    """The names of the arguments of a function or class, as one gives them; what nobody makes has none."""
+    if inspect.isclass(value) and (issubclass(value, BaseException | Enum) or getattr(value, "_is_protocol", False)):
         return []
-    return [name for name in inspect.signature(value).parameters if name not in ("self", "cls")]
+    return [name for name in inspect.signature(value).parameters if name not in ("self", "cls") and name[0] != "_"]

@@ -47,7 +47,12 @@ _NEAR = 0.99
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A rig as records tell it: the best fit, how well it is known, and joint draws of what it may be."""
+    """A rig as records tell it: the best fit, how well it is known, and joint draws of what it may be.
+
+    `records` are what was fitted, and `best` is the fit; `spread` says how far the parameters' logarithms may be off,
+    `draws` are the joint draws, made with `seed` and, where by emcee, by `sampling`. `held` are windows that the fit
+    has not seen, `laws` the scores of laws of friction, where one was chosen.
+    """
 
     records: tuple[Record, ...]
     best: Best
@@ -80,7 +85,10 @@ class Calibration:
         return float(max(one.forces.max() for one in self.best.problem.windows))
 
     def interval(self, name: str, share: float = 0.9) -> tuple[float, float]:
-        """Between which values a parameter lies with a probability, by its name."""
+        """Between which values a parameter lies with a probability, by its name.
+
+        `name` is that name, `share` the probability, 0 to 1.
+        """
         k = self.unknowns.names.index(name)
         value = self.unknowns.values(self.best.logs)[name]
         away = float(np.exp(self.spread.interval(share)[k]))

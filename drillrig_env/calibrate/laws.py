@@ -72,6 +72,8 @@ def choose_law(
 ) -> Calibration:
     """Fit each law of friction, with a viscous part (C_1) unless that is fixed, and take the best in windows held out.
 
+    `records`, `rig` and `friction` are as for `calibrate`.
+
     The law of `friction` is fitted from `starts` starts, and the others from its best parameters and around them, the
     speed over which friction falls being the same. `told` hears of the starts of all of them. `options` and what is
     raised are those of `calibrate`; and `ValueError` where fewer than 2 windows under load are held out.

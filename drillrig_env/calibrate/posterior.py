@@ -40,6 +40,8 @@ _REMEDY = "make the folder anew with `drillrig calibrate ... --output`"
 class Posterior:
     """What records say of a rig: the best fit, intervals, and joint draws, which go on into scenarios.
 
+    `folder` is where they were read.
+
     `rig` and `friction` are the best fit, the friction at `load`, the largest normal force (N) of the records.
     `names` are the parameters that the fit looked for, `values` their joint draws, shape (draws, names), and
     `intervals` their value, low and high end of the 90 % interval. `digest` is the SHA-256 of the file of draws.

@@ -58,6 +58,8 @@ class Controller:
     def start(self, reference: float, target: float, measurements: Measurements) -> None:
         """Begin from the speed reference as it is, whatever that is: the first step moves on from there.
 
+        `reference` and `target` are in rad/s.
+
         The first `step` shows the policy what it measures and leaves the running means as they begin: means of a rig
         that has always turned as it does now, unless `measurements` hold them by name (`string_torque_mean`, ...).
         Raises `ValueError` for values that are missing, unknown or not finite.
@@ -93,6 +95,8 @@ class Controller:
 
     def step(self, measurements: Measurements, reference: float | None = None) -> float:
         """The speed reference for the coming control step, from what was measured at the end of the last one.
+
+        `measurements` are values by channel, in the controller's units.
 
         `reference` is the one that the drive had meanwhile, where that is not the one that was given. What comes moves
         by no more than the slew limit allows, from within or from outside the range of the policy. Raises `ValueError`

@@ -28,7 +28,10 @@ class Events:
         self.kept: list[Event] = []
 
     def add(self, time: float, state: str, kind: str, reason: str) -> None:
-        """Keep an event."""
+        """Keep an event.
+
+        `time` (s) is when it happened, `state` that of the supervisor, `kind` its word, and `reason` says why.
+        """
         event = Event(time, state, kind, reason)
         self.kept.append(event)
         if self.path is not None:

@@ -54,6 +54,8 @@ class Row:
 class Log:
     """Writes the log of a supervisor that has just been started, a row at once; to be used in a `with` block.
 
+    `path` is the file, `supervisor` whose log it is.
+
     `measurements` are those that it was started with. Raises `OSError` where the file cannot be begun; `failed` says
     why it ended before its time, empty where it has not.
     """
@@ -91,6 +93,8 @@ class Log:
 
     def write(self, row: Row, reference: float) -> None:
         """Write a control step; `reference` (rad/s) is the one that the drive has from now on.
+
+        `row` has what was measured and done.
 
         Where the file cannot be written, as on a full disk, that is an event, and the log ends there with whole rows.
         """
@@ -135,6 +139,8 @@ class Log:
 
 def read_log(path: str | Path) -> tuple[dict[str, Any], Iterator[Row]]:
     """How a log began, and its rows. `ValueError` where it is no log of this kind, or a row is damaged.
+
+    `path` is the file.
 
     A last row that a crash has cut short is left out.
     """

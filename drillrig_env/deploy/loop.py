@@ -36,7 +36,7 @@ class Hardware(Protocol):
         """The measurements of now, by channel, in SI units; what is missing is left out or None."""
 
     def command(self, speed_reference: float) -> None:
-        """Give the drive a speed reference (rad/s)."""
+        """Give the drive a speed reference (rad/s). `speed_reference` holds until the next command."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,8 @@ class Operator:
 @dataclass
 class Timing:
     """How punctual a loop was: how late each control step began, how long it took to decide, in s; beats left out.
+
+    `late` and `took` have these, `missed` is the number of beats left out.
 
     Of a long run it knows the last 100,000 steps.
     """

@@ -23,7 +23,10 @@ from drillrig_env.deploy.supervisor import Supervisor
 
 @dataclass(frozen=True)
 class Replay:
-    """How a replay went: steps, those that differ, the first of them (None: none), by how much (rad/s) at most."""
+    """How a replay went: steps, those that differ, the first of them (None: none), by how much (rad/s) at most.
+
+    These are `steps`, `differing`, `first` and `largest`; `timing` says how long steps took to be played again.
+    """
 
     steps: int
     differing: int

@@ -45,6 +45,8 @@ class State(StrEnum):
 class Supervisor:
     """A `Controller`, or a policy by name or file, that acts within `limits` and stands back in a fault.
 
+    `events` keeps what it does, a new one if None.
+
     Without `limits` they are those of the rig that the policy is for.
 
     Values are those of the controller's units, and must be SI: a controller with other `units` is refused.
@@ -69,7 +71,10 @@ class Supervisor:
         self._overload = Overload(self.limits)
 
     def start(self, reference: float, target: float, measurements: Mapping[str, Any], time: float = 0.0) -> None:
-        """Begin at a time (s) from the speed reference as it is (rad/s). `ValueError` as for `Controller.start`."""
+        """Begin at a time (s) from the speed reference as it is (rad/s). `ValueError` as for `Controller.start`.
+
+        `target` is in rad/s, `measurements` are values by channel.
+        """
         self.controller.start(reference, target, measurements)
         self._checks = Checks(self.limits, self._ranges())
         self.reference, self._time = float(reference), float(time)
@@ -88,14 +93,17 @@ class Supervisor:
             self._tell("target", f"{target:g} rad/s")
 
     def stop(self, reason: str = "operator", speed: float = 0.0) -> None:
-        """Ramp down to a speed (rad/s) and stay there, whatever the policy wants."""
+        """Ramp down to a speed (rad/s) and stay there, whatever the policy wants. `reason` is kept with the event."""
         if not 0.0 <= speed <= self.limits.highest_reference:
             raise refuse("stop", "speed", speed, "rad/s", f"0 to {self.limits.highest_reference:g}")
         self._bottom = min(speed, max(self.reference, 0.0))
         self._enter(State.RAMP, "stop", reason)
 
     def restart(self, measurements: Mapping[str, Any]) -> None:
-        """Let the policy act again, from the reference as it is. `ValueError` where the last step found a fault."""
+        """Let the policy act again, from the reference as it is. `ValueError` where the last step found a fault.
+
+        `measurements` are values by channel.
+        """
         if self._faults:
             raise ValueError(f"restart is not allowed: {_words(self._faults)}")
         self.controller.start(self.reference, self.target, self._read(measurements))
@@ -103,7 +111,10 @@ class Supervisor:
         self._enter(State.NORMAL, "restart", f"from {self.reference:g} rad/s")
 
     def tell(self, kind: str, reason: str) -> None:
-        """Keep as an event what befell the loop: "refused" that the operator did not get, "log" that cannot go on."""
+        """Keep as an event what befell the loop: "refused" that the operator did not get, "log" that cannot go on.
+
+        `kind` is such a word, and `reason` says why.
+        """
         self._tell(kind, reason)
 
     @property

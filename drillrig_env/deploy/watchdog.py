@@ -13,6 +13,8 @@ _SHOWN = 40  # characters of a command that is refused
 class Watchdog:
     """Holds the last command, and takes over when none has come for `periods` control periods of `period` s.
 
+    `events` keeps what it does, a new one if None.
+
     It belongs into the program that talks to the drive, apart from the one that runs the policy. Taking over it ramps
     the reference to `fallback_speed` (rad/s), or leaves it where it is below, at `ramp` (rad/s^2), and refuses all
     commands until it is armed again. A command that is not finite or not within 0 to `highest` (rad/s) is refused and
@@ -40,21 +42,24 @@ class Watchdog:
         self._reference = self._came = self._asked = 0.0
 
     def arm(self, reference: float, time: float) -> None:
-        """Begin, or begin again, at the speed reference (rad/s) that the drive has now."""
+        """Begin, or begin again, at the speed reference (rad/s) that the drive has now. `time` is now, s."""
         self._reference = checked("Watchdog", "reference", reference, "rad/s", NOT_NEGATIVE)
         self._came = self._asked = time
         self.tripped = False
         self.events.add(time, "armed", "armed", f"at {reference:g} rad/s")
 
     def release(self, time: float) -> None:
-        """End in order: the reference stays as it is, and no command is taken until it is armed again."""
+        """End in order: the reference stays as it is, and no command is taken until it is armed again.
+
+        `time` is now, s.
+        """
         self._look(time)
         if not self.tripped:
             self.tripped, self._bottom = True, self._reference
             self.events.add(time, "released", "released", f"at {self._reference:g} rad/s")
 
     def command(self, reference: float, time: float) -> bool:
-        """Take a command; whether it is taken."""
+        """Take a command; whether it is taken. `reference` is in rad/s, `time` is when it came, s."""
         self._look(time)
         is_number = isinstance(reference, float | int) and not isinstance(reference, bool)
         number = reference if is_number else float("nan")
@@ -71,7 +76,10 @@ class Watchdog:
         return True
 
     def reference(self, time: float) -> float:
-        """The speed reference (rad/s) for the drive now; to be asked for at every cycle of the drive's program."""
+        """The speed reference (rad/s) for the drive now; to be asked for at every cycle of the drive's program.
+
+        `time` is now, s.
+        """
         self._look(time)
         passed, self._asked = time - self._asked, time
         if self.tripped and self._reference > self._bottom:

@@ -94,6 +94,8 @@ class PlaysTask:
     def set_target(self, speed_target: Quantity) -> None:
         """Ask for another speed (rad/s) from now on, of all rigs or, as an array with one entry a rig, of each.
 
+        `speed_target` is that speed.
+
         It is the operator's hand in an episode under way: the next observation shows it. Raises `ValueError` for a
         target that the task does not allow, and where the scenario's course gives it, and `ResetNeeded` before the
         first episode.

@@ -90,7 +90,10 @@ class RewardTerms:
 
     @classmethod
     def of(cls, given: Any) -> RewardTerms:
-        """Terms as a reward takes them: themselves, or "file.py:name". `ValueError` for anything else."""
+        """Terms as a reward takes them: themselves, or "file.py:name". `ValueError` for anything else.
+
+        `given` is either of them.
+        """
         if isinstance(given, cls):
             return given
         if is_place(given):
@@ -99,7 +102,10 @@ class RewardTerms:
 
     @classmethod
     def from_file(cls, source: str) -> RewardTerms:
-        """The terms that a Python file holds under a name: "file.py:name". `ValueError` where there are none."""
+        """The terms that a Python file holds under a name: "file.py:name". `ValueError` where there are none.
+
+        `source` is file and name.
+        """
         return replace(found_in(source, cls, "reward"), source=source)
 
     @cached_property
@@ -118,6 +124,8 @@ class RewardTerms:
 
     def values(self, episodes: np.ndarray, actions: npt.NDArray[np.float32]) -> FloatArray:
         """What a function in Python makes of n records and `actions` of shape (n, 1); shape (n, terms).
+
+        `episodes` are the records, of EPISODE, shape (n,).
 
         Raises `ValueError` for another number or shape of terms.
         """
@@ -143,7 +151,10 @@ class RewardTerms:
     def add_to(
         self, episodes: np.ndarray, actions: npt.NDArray[np.float32], moved: npt.NDArray[np.bool_] | None = None
     ) -> int:
-        """Add the terms of a function in Python to the rewards of those that `moved` (n,); how many are not finite."""
+        """Add the terms of a function in Python to the rewards of those that `moved` (n,); how many are not finite.
+
+        `episodes` are n records of EPISODE, in place; `actions` have the shape (n, 1).
+        """
         chosen = slice(None) if moved is None else moved
         values = self.values(episodes, actions)[chosen]
         episodes["own_terms"][chosen, : len(self.names)] = values

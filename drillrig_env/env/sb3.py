@@ -34,6 +34,8 @@ _FOR_ALL = ("change", "set_target")
 class DrillRigVecEnv(ManyRigs, VecEnv):
     """N rigs of `DrillRig-v0` for Stable-Baselines3; arguments as for `DrillRigVectorEnv`.
 
+    `num_envs` is N; `threads` is how many compute (default: all cores), and `render_mode` "rgb_array" or None.
+
     Rig i with the seed s (an argument, or `seed(s)`) is the single environment with the seed s + i,
     but for rewards, which SB3 holds in float32. An episode's last step begins the next episode; its
     info holds what a `Monitor` would report ("episode": reward r, length l), `is_success`, the
@@ -143,6 +145,8 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
         """Call a method of this environment once for each of `indices`.
 
+        `method_name` is its name; `args` and `kwargs` go to it.
+
         Raises `ValueError` for `change` and `set_target` for some rigs only.
         """
         if method_name in _FOR_ALL:
@@ -150,7 +154,10 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
         return [getattr(self, method_name)(*args, **kwargs) for _ in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """No rig is wrapped, but infos hold what a `Monitor` would report."""
+        """No rig is wrapped, but infos hold what a `Monitor` would report.
+
+        `wrapper_class` is a wrapper, `indices` are the rigs that are asked for.
+        """
         return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
     def get_images(self) -> Iterable[np.ndarray | None]:  # type: ignore[override]

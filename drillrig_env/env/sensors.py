@@ -57,6 +57,8 @@ LAYOUT = np.dtype(
 class Channel:
     """One quantity that a policy may see.
 
+    `name` is what it is called, `meaning` says what it is.
+
     Its observation is (value - offset) / scale; the offset "target" is the speed target. `noise` is the
     standard deviation of an ordinary instrument for it, in `unit`. What the controller sets itself is
     not `measured`: never noisy and never late.
@@ -71,7 +73,7 @@ class Channel:
     measured: bool = True
 
     def at(self, scales: Scales) -> Channel:
-        """The channel of another rig that corresponds to this one of the chapter's."""
+        """The channel of another rig that corresponds to this one of the chapter's. `scales` are that rig's."""
         level, swing = _GROWING.get(self.name) or _GROWING[self.unit]
         grown = getattr(scales, swing)
         offset = self.offset if self.offset == "target" else self.offset * getattr(scales, level)
@@ -127,6 +129,8 @@ class Sensors:
     @classmethod
     def named(cls, sensors: str | Sequence[str] | Mapping[str, Any] | Sensors) -> Sensors:
         """Sensors by name: "state", "encoders" or "surface"; or of one's own, from names of channels.
+
+        `sensors` are such a name, such names, or a record or dictionary of `Sensors`.
 
         `ValueError` for an unknown name, an empty set or a channel that is named twice.
         """
@@ -193,6 +197,8 @@ class Sensors:
     def value(self, observation: np.ndarray, name: str, speed_target: Quantity | None = None) -> np.ndarray:
         """A channel's physical value from observations of shape (..., channels); shape (...).
 
+        `observation` is one or many of them, `name` the channel's.
+
         Speeds are seen from the speed target; where these sensors do not show it, give `speed_target` (rad/s).
         `ValueError` where it is needed and not known, for a channel that is not there, and for another shape.
         """
@@ -210,6 +216,8 @@ class Sensors:
 
     def values(self, observation: np.ndarray, speed_target: Quantity | None = None) -> dict[str, np.ndarray]:
         """The channels' physical values by name, from observations of shape (..., channels).
+
+        `observation` is one or many of them.
 
         Where neither these sensors nor `speed_target` (rad/s) tell the target, what is seen from it is left out.
         """

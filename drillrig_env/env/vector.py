@@ -28,6 +28,8 @@ Seeds = int | Sequence[int | None] | npt.NDArray[np.integer] | None
 class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Seen, npt.NDArray[np.float32], np.ndarray]):
     """N rigs of `DrillRig-v0` side by side; `DrillRigEnv` describes spaces, reward, infos and arguments.
 
+    `num_envs` is N; `task` and `fields` are given as to `DrillRigEnv`, `render_mode` is "rgb_array" or None.
+
     Rig i with the seed s is, bit for bit, the single environment with the seed s + i, whatever the
     number of rigs and `threads` (default: all cores).
 
@@ -102,16 +104,21 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Seen, npt.NDArray[np.
         return copied(core.seen), rewards, np.zeros(self.num_envs, dtype=np.bool_), truncated, info
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """A method of this environment, called once, or an attribute; the result once for each rig."""
+        """A method of this environment, called once, or an attribute; the result once for each rig.
+
+        `name` is its name; `args` and `kwargs` go to the method.
+        """
         found = getattr(self, name)
         return (found(*args, **kwargs) if callable(found) else found,) * self.num_envs
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """An attribute of this environment, once for each rig."""
+        """An attribute of this environment, once for each rig. `name` is its name."""
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
         """Set an attribute for all rigs, which share everything but their draws; `scenario`, for example.
+
+        `name` is its name.
 
         `values` is one value, or a list or tuple of it, once for each rig. Raises `AttributeError` for what cannot
         be changed (see `change`) and `ValueError` for values that differ or are not allowed.

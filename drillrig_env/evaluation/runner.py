@@ -29,6 +29,10 @@ _TRACES = ("lowest", "highest", "average", "stuck", "torque_into_string", "highe
 class Episodes:
     """What a policy did with a suite: a row a rig, a column a control step.
 
+    `task` is what was played, `start` how each began, `place` which of `rigs` it had; `speed_target` is in rad/s. Of
+    the columns, `torque_into_string` is at the end of a step and `highest_torque` within it, `speed_reference` and
+    `top_speed` are at its end.
+
     Of each step: lowest, highest and average bit speed (rad/s), share of time stuck, string torque
     (N m, at its end and the highest within), speed reference and top speed (rad/s, at its end) and
     reward. `friction` is that of the episode's end. `rigs` are those of the fleet, or the one that all episodes share,
@@ -61,6 +65,8 @@ def play(
     first_rig: int = 0,
 ) -> Iterator[int]:
     """Let a policy play the episodes that have begun in all rigs to their end; yields after each control step.
+
+    `core` is the batch of these rigs.
 
     A policy that names in `privileged` what it must be told gets `info` before each step. Into `taken`, shape
     (steps, n, 1), go the actions of each step, where it is given. Raises `ValueError` for
@@ -107,6 +113,8 @@ def run(
     **env: Any,
 ) -> Episodes:
     """Let a policy face every rig of a suite, all at once, for one episode each.
+
+    `rig`, `sensors` and `threads` are those of the environment.
 
     `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
     `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`. An exact policy is shown

@@ -44,6 +44,8 @@ Each bin holds its lower edge and not its upper one: together they hold every ri
 def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.NDArray[np.generic]]:
     """What tells rigs apart: target and friction, the borders that follow from them, and which side of these they lie.
 
+    `rig` is shared by all; `friction` has an entry an episode, or one.
+
     `region` splits at the critical speed omega_c and at the fold (see `REGIONS` and `folds`); `hardness`
     is q, the negative friction slope at the target over the slope that the drive can bear. `target`
     (rad/s) and all entries have shape (n,).
@@ -73,6 +75,8 @@ def describe_fleet(
 ) -> dict[str, npt.NDArray[np.generic]]:
     """`describe` for episodes each of which has one of `rigs`, at `place`; and the steady torque into the string, N m.
 
+    `friction` and `target` (rad/s) have an entry an episode.
+
     Of a fleet of several rigs the fold is left out (NaN), since a rig takes a third of a second to be followed to it:
     `region` then tells only whether the target is below the critical speed or above. Where steady rotation has no one
     critical speed, that is infinite.
@@ -98,7 +102,10 @@ def _describe_without_fold(rig: Rig, friction: Friction, target: FloatArray) -> 
 
 
 def score(episodes: Episodes) -> dict[str, npt.NDArray[np.generic]]:
-    """Every score of SCORES, an entry an episode, after what describes the episode's rig at its end."""
+    """Every score of SCORES, an entry an episode, after what describes the episode's rig at its end.
+
+    `episodes` are those of one policy in one suite.
+    """
     target = episodes.speed_target
     scales, period = episodes.task.scales, episodes.task.control_period
     window = round(WINDOW * scales.time / period)
@@ -144,7 +151,10 @@ def _fold(rig: Rig, friction: Friction) -> float:
 
 
 def time_to_calm(episodes: Episodes) -> FloatArray:
-    """First time (s) after which the trailing stick-slip index stays calm; the whole episode if never."""
+    """First time (s) after which the trailing stick-slip index stays calm; the whole episode if never.
+
+    `episodes` are those of one policy in one suite; shape (n,).
+    """
     period = episodes.task.control_period
     width = round(TRAILING * episodes.task.scales.time / period)
     steps = episodes.lowest.shape[1]

@@ -23,7 +23,10 @@ _TRIMMED = 0.25  # share cut off at either end: what is left is the interquartil
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its 95 % interval, from `count` episodes; NaN where there was nothing to estimate from."""
+    """A value with its 95 % interval, from `count` episodes; NaN where there was nothing to estimate from.
+
+    The interval is from `low` to `high`.
+    """
 
     value: float
     low: float
@@ -83,6 +86,8 @@ def over_rigs(
     values: npt.NDArray[Any], rigs: npt.NDArray[np.intp], statistic: Callable[..., Estimate] = rate
 ) -> Estimate:
     """`rate`, `mean` or `median` of values (n,) of episodes with the rigs `rigs` (n,), its interval over the rigs.
+
+    `statistic` is one of the three.
 
     Rigs are drawn anew with all of their episodes (2,000 resamples from a fixed seed).
     """

@@ -37,6 +37,8 @@ STICKING: dict[str, Any] = {"start": "stick_slip", "load_steps": []}
 class Suite:
     """Rigs to face. `groups` lists how many rigs share which reset options, in the rigs' order.
 
+    `name` and `description` say what it is; episodes are drawn from `scenario`, but for what options pin.
+
     `env` holds the arguments of the environment that the suite sets (noise, delay, slew limit); rig i
     has the seed `first_seed` + i. `scales` are those of the rig that all share, or of the nominal one of a fleet.
     `env_id` is the environment whose sensors are meant, where that is not open, and `calm_index` the stick-slip index
@@ -110,13 +112,19 @@ class Suite:
 
 
 def default_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
-    """Draws of the default scenario from developed stick-slip, with constant N_1: the headline."""
+    """Draws of the default scenario from developed stick-slip, with constant N_1: the headline.
+
+    `rigs` is their number, `scales` are those of the rig.
+    """
     scenario = Scenario.named("default", scales)
     return Suite("default", "default draws, starts in stick-slip", scenario, _sticking(rigs), scales=scales)
 
 
 def chapter_suite(_rigs: int, scales: Scales = _CHAPTER) -> Suite:
-    """The chapter's own cases: 10 N and 20 N over 1 to 5 rad/s, and 25 N stepped on at 3.0 and 3.14 rad/s."""
+    """The chapter's own cases: 10 N and 20 N over 1 to 5 rad/s, and 25 N stepped on at 3.0 and 3.14 rad/s.
+
+    `scales` are those of the rig; the number of rigs is given.
+    """
     time, speed, force = scales.time, scales.speed, scales.force
     targets = np.arange(10, 51, 2) / 10 * speed
     sweeps = [
@@ -131,20 +139,29 @@ def chapter_suite(_rigs: int, scales: Scales = _CHAPTER) -> Suite:
 
 
 def wide_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
-    """Draws of the wide scenario, most of them outside the training range; otherwise as `default`."""
+    """Draws of the wide scenario, most of them outside the training range; otherwise as `default`.
+
+    `rigs` is their number, `scales` are those of the rig.
+    """
     scenario = Scenario.named("wide", scales)
     return Suite("wide", "wide draws, starts in stick-slip", scenario, _sticking(rigs), scales=scales)
 
 
 def load_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
-    """Steady rotation at 5 to 15 N, stepped up to 15 to 30 N at 20 to 50 % of the episode: who keeps out?"""
+    """Steady rotation at 5 to 15 N, stepped up to 15 to 30 N at 20 to 50 % of the episode: who keeps out?
+
+    `rigs` is their number, `scales` are those of the rig.
+    """
     scenario = Scenario(normal_force=(5.0, 15.0), load_force=(15.0, 30.0), load_time=(0.2, 0.5), load_step=1.0)
     groups = ((rigs, {"start": "steady"}),)
     return Suite("load", "steady starts, N_1 stepped up on the way", scenario.at(scales), groups, scales=scales)
 
 
 def degraded_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
-    """The rigs of `default` seen with twice the noise and 0.1 to 0.5 s late, at half the slew limit."""
+    """The rigs of `default` seen with twice the noise and 0.1 to 0.5 s late, at half the slew limit.
+
+    `rigs` is their number, `scales` are those of the rig.
+    """
     return Suite(
         "degraded",
         "default with noise, delay and half the slew",
@@ -156,18 +173,26 @@ def degraded_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
 
 
 def unknown_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
-    """Rigs whose string, inertias and friction are anything from half to twice the nominal, and motors 10 % off."""
+    """Rigs whose string, inertias and friction are anything from half to twice the nominal, and motors 10 % off.
+
+    `rigs` is how many the fleet has, `scales` are those of the nominal one.
+    """
     return _of_fleet("unknown", "rigs that nobody knows", UNKNOWN, (1, 2), rigs, scales)
 
 
 def unknown_hard_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
-    """As `unknown`, within a factor of 3 and with up to twice the delay."""
+    """As `unknown`, within a factor of 3 and with up to twice the delay.
+
+    `rigs` is how many the fleet has, `scales` are those of the nominal one.
+    """
     spread = {**dict.fromkeys(UNKNOWN, 3.0), "motor": UNKNOWN["motor"]}
     return _of_fleet("unknown_hard", "rigs that nobody knows at all, seen late", spread, (1, 4), rigs, scales)
 
 
 def drift_suite(rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:
     """The nominal rig in stick-slip, with friction that wanders, a tilted disc, and one step of the target.
+
+    `rigs` is the number of episodes, `scales` are those of the rig.
 
     Such a rig is never quite calm, however well it is held: it counts as calm where the bit is certain not to stop.
     """

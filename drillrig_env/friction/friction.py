@@ -124,26 +124,41 @@ class Friction:
         return contacts_of(rig, normal_force, mu_s, mu_k, v_b, speed_reference, number_of(self.law))
 
     def break_loose(self, rig: Rig) -> Quantity:
-        """The largest torque with which the bit sticks, at omega_s, in N m; N_1 r_1 mu_s, less the fall up to there."""
+        """The largest torque with which the bit sticks, at omega_s, in N m; N_1 r_1 mu_s, less the fall up to there.
+
+        `rig` has r_1 and omega_s.
+        """
         if self.law == LAWS[EXPONENTIAL]:
             return np.asarray(self.normal_force) * rig.r_1 * self.mu_s
         static: FloatArray = self._contacts(rig)["static"]
         return float(static) if static.ndim == 0 else static
 
     def torque(self, rig: Rig, bit_speed: Quantity) -> Quantity:
-        """Torque of the adopted law (4-9) at a bit speed (rad/s), in N m; shapes broadcast."""
+        """Torque of the adopted law (4-9) at a bit speed (rad/s), in N m; shapes broadcast.
+
+        `rig` has r_1 and omega_s; `bit_speed` is of any shape.
+        """
         return self._evaluate(rig, bit_speed)[0]
 
     def slope(self, rig: Rig, bit_speed: Quantity) -> Quantity:
-        """Slope dT_r1/dx_3 of (4-9), the chapter's Delta T_r1 (4-21), in N m s/rad."""
+        """Slope dT_r1/dx_3 of (4-9), the chapter's Delta T_r1 (4-21), in N m s/rad.
+
+        `rig` has r_1 and omega_s; `bit_speed` (rad/s) is of any shape.
+        """
         return self._evaluate(rig, bit_speed)[1]
 
     def curvature(self, rig: Rig, bit_speed: Quantity) -> Quantity:
-        """Second derivative of (4-9) by x_3, in N m (s/rad)^2."""
+        """Second derivative of (4-9) by x_3, in N m (s/rad)^2.
+
+        `rig` has r_1 and omega_s; `bit_speed` (rad/s) is of any shape.
+        """
         return self._evaluate(rig, bit_speed)[2]
 
     def torque_discontinuous(self, rig: Rig, bit_speed: Quantity) -> Quantity:
-        """Torque of the discontinuous law (4-7), with the chapter's sign(0) = 1 (4-8), in N m; for laws by name."""
+        """Torque of the discontinuous law (4-7), with the chapter's sign(0) = 1 (4-8), in N m; for laws by name.
+
+        `rig` has r_1; `bit_speed` (rad/s) is of any shape.
+        """
         x_3 = np.asarray(bit_speed, dtype=float)
         u = np.asarray(self.v_b) * np.abs(x_3)
         coefficient = self.mu_k + (np.asarray(self.mu_s) - self.mu_k) * _SHARES[self.law](u)
@@ -167,7 +182,7 @@ class Friction:
         return contacts_of(rig, *fields, law=number_of(self.law))
 
     def falls_as(self, other: Friction) -> bool:
-        """Whether another single friction is the same at any normal force."""
+        """Whether another single friction is the same at any normal force. `other` is of one rig, as this one is."""
         own, its = ({**one.as_dict(), "normal_force": None} for one in (self, other))
         return own == its
 
@@ -190,11 +205,16 @@ class Friction:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Friction:
-        """Read a friction from the table `[friction]` of a TOML file; errors name file, key and range."""
+        """Read a friction from the table `[friction]` of a TOML file; errors name file, key and range.
+
+        `path` is the file.
+        """
         return read_section(path, "friction", cls)
 
     def to_toml(self, path: str | Path) -> None:
         """Write a friction of single numbers as a TOML file that `from_toml` reads back unchanged, from any folder.
+
+        `path` is the file, which is written over.
 
         Raises `ValueError` for a `Law` that was not read from a file, which no name leads back to.
         """

@@ -80,7 +80,10 @@ class Law:
 
     @classmethod
     def from_file(cls, source: str) -> Law:
-        """The law that a Python file holds under a name: "file.py:name". `ValueError` where there is none."""
+        """The law that a Python file holds under a name: "file.py:name". `ValueError` where there is none.
+
+        `source` is file and name.
+        """
         return replace(found_in(source, cls, "law"), source=source)
 
     def placed(self) -> Law:

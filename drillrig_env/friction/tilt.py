@@ -56,6 +56,9 @@ class Tilt:
         return np.asarray(1.0 + self.share * np.cos(self.turns[0] * np.asarray(angle) + self.phase))
 
     def put_on(self, contacts: np.ndarray, angle: float) -> None:
-        """Tilt the disc of some records of CONTACT, with theta_1 = `angle` (rad) at the start; for one number m."""
+        """Tilt the disc of some records of CONTACT, with theta_1 = `angle` (rad) at the start; for one number m.
+
+        `contacts` are changed in place.
+        """
         contacts["tilt"], contacts["turns"] = self.share, self.turns[0]
         contacts["angle"] = self.turns[0] * angle + self.phase

@@ -83,6 +83,8 @@ def write(
 ) -> Iterator[str]:
     """Draw figures and write each into a folder, with captions.md; yields each name once its files are there.
 
+    `names` are those of FIGURES, `formats` those of FORMATS, and `folder` is made.
+
     `rig` as for `draw`. Captions of figures written there before stay. Raises `ValueError` as `draw` does, and for an
     unknown format.
     """

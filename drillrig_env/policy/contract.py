@@ -44,6 +44,8 @@ class Policy(Protocol):
     ) -> tuple[Actions, Memory]:
         """Actions of shape (n, 1), -1 to 1, for observations of shape (n, channels), and the policy's next state.
 
+        `observation` has them; where `deterministic` is False a policy may explore.
+
         `state` is what the last call returned, None at first; where `episode_start`, shape (n,), is true it
         is begun anew.
         """

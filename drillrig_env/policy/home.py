@@ -59,7 +59,10 @@ class AtHome(ABC):
         return env
 
     def make_vec(self, num_envs: int, **changes: Any) -> gym.vector.VectorEnv[Any, Any, Any]:
-        """`num_envs` rigs of the policy's environment, as `gym.make_vec` gives them; otherwise as `make_env`."""
+        """`num_envs` rigs of the policy's environment, as `gym.make_vec` gives them; otherwise as `make_env`.
+
+        `changes` are arguments in place of the policy's own.
+        """
         env = gym.make_vec(f"drillrig_env:{self.env_id}", num_envs=num_envs, **{**self.env_kwargs, **changes})
         self.check_env(env)
         return env

@@ -58,7 +58,10 @@ _WORDS = {
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A branch of orbits as a table (records of ORBIT), and in words why it ends at either end."""
+    """A branch of orbits as a table (records of ORBIT), and in words why it ends at either end.
+
+    `label` is p1 or p2, `points` the table, `begins` and `ends` are the words.
+    """
 
     label: str
     points: npt.NDArray[np.void]
@@ -71,7 +74,7 @@ class Branch:
         return {**columns, **{f"multiplier_{i + 1}": self.points["multipliers"][:, i] for i in range(7)}}
 
     def to_csv(self, path: str | Path) -> None:
-        """Write the table as CSV."""
+        """Write the table as CSV. `path` is the file, which is written over."""
         with Path(path).open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")
             table = self.table()
@@ -82,6 +85,8 @@ class Branch:
 @dataclass(frozen=True, eq=False)
 class Diagram:
     """A bifurcation diagram in the speed reference, for one friction.
+
+    `rig` and `friction` are those that it is of, `hopf` the borders of stability, and p1 and p2 the orbits.
 
     `equilibria` are records of EQUILIBRIUM with the branches e1 and e2. `special` has H1, H2 and fold
     by name, rad/s, and end where p1 goes on above the fold (see `end_of_stick_slip`); it is empty, as are p1 and p2,
@@ -101,6 +106,8 @@ def bifurcation_diagram(
     rig: RigLike, friction: FrictionLike, points: int = 120, speeds: tuple[float, float] = (0.02, 5.0)
 ) -> Diagram:
     """The diagram of figures 4.12 and 4.13: `points` orbits on either branch, equilibria over `speeds` (rad/s).
+
+    `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them.
 
     Raises `ValueError` for fewer than 2 points or an impossible range.
     """
@@ -172,6 +179,8 @@ def force_diagram(
 ) -> tuple[Branch, Branch]:
     """p1 and p2 over the normal force at one speed reference (rad/s); `friction`'s own N_1 is the largest.
 
+    `rig` is given as `Rig.of` takes it; there are `points` orbits on either branch.
+
     p2 runs from the N_1 at which `speed_reference` is the fold up to that at which it is the critical
     speed; p1 ends at the former, or at the N_1 with which stick-slip ends at this speed. Raises
     `NoOrbitError` where the largest N_1 brings no stick-slip.
@@ -212,7 +221,11 @@ def _least_force(rig: Rig, friction: Friction, speed_reference: float, at_grazin
 
 
 def hopf_and_fold_curves(rig: RigLike, friction: FrictionLike, normal_forces: FloatArray) -> dict[str, FloatArray]:
-    """Two-parameter curves: critical speed, fold and end of stick-slip (rad/s; NaN: none) over the normal force (N)."""
+    """Two-parameter curves: critical speed, fold and end of stick-slip (rad/s; NaN: none) over the normal force (N).
+
+    `rig` and `friction`, of which the coefficients count, are given as `Rig.of` and `Friction.of` take them;
+    `normal_forces` (N) have the shape (n,), and so has each curve.
+    """
     rig, friction = Rig.of(rig), Friction.of(friction)
     frictions = replace(friction, normal_force=np.asarray(normal_forces, dtype=float))
     return {

@@ -44,6 +44,8 @@ EQUILIBRIUM = np.dtype(
 class HopfPoint:
     """Where steady rotation changes its stability.
 
+    `label` is H1, H2, ...; `speed_reference` (rad/s) is where it lies, `lyapunov_coefficient` the first one.
+
     `frequency` (rad/s) of the pair that crosses, `crossing_speed` = d Re(lambda) / d omega_ref (1/s per
     rad/s; the transversality condition asks that it is not 0), and the first Lyapunov coefficient: negative
     is supercritical (a stable orbit is born), positive subcritical. At the law's kink, where the slope jumps, the
@@ -72,6 +74,8 @@ class HopfPoint:
 def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.NDArray[np.void]:
     """Steady rotation at each speed reference (rad/s, > 0), as records of EQUILIBRIUM.
 
+    `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them; `speeds` have the shape (n,).
+
     e1 is where it is unstable, e2 where it is stable.
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
@@ -89,6 +93,8 @@ def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.
 
 def hopf_points(rig: RigLike, friction: FrictionLike) -> list[HopfPoint]:
     """Every border between stable and unstable speeds of one friction, rising; empty where there is none.
+
+    `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them.
 
     H1 is the kink at omega_s, where it is a border; H2, H3, ... are the borders above it, the kink of a linear fall
     among them.

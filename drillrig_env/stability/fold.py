@@ -98,6 +98,8 @@ def family_for(rig: Rig, friction: Friction) -> SlippingOrbits:
 def basin_depth(rig: RigLike, friction: FrictionLike, speed_reference: Quantity) -> FloatArray:
     """How far below its mean (rad/s) the bit speed may swing at a speed reference before stick-slip takes over.
 
+    `rig` and `friction` are given as `Rig.of` and `Friction.of` take them; `speed_reference` is in rad/s.
+
     The swing of the unstable orbit p2, which parts calm rotation from stick-slip: 0 at the critical
     speed and below. Shapes broadcast.
     """

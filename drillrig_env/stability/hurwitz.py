@@ -27,13 +27,19 @@ from drillrig_env.stability.impedance import impedance_fraction
 
 
 def characteristic_polynomial(rig: Rig, slope: float) -> FloatArray:
-    """Coefficients 1, a_1, ..., a_7 of (4-22) for a friction slope Delta T_r1 (N m s/rad); shape (8,)."""
+    """Coefficients 1, a_1, ..., a_7 of (4-22) for a friction slope Delta T_r1 (N m s/rad); shape (8,).
+
+    `rig` is one rig.
+    """
     coefficients = impedance_fraction(rig).characteristic(Fraction(slope))[::-1]
     return np.array([float(value / coefficients[0]) for value in coefficients])
 
 
 def hurwitz_matrix(coefficients: FloatArray) -> FloatArray:
-    """The matrix H of (4-23) from 1, a_1, ..., a_n; shape (n, n). Its entry (i, j) is a_(2j - i), from 1."""
+    """The matrix H of (4-23) from 1, a_1, ..., a_n; shape (n, n). Its entry (i, j) is a_(2j - i), from 1.
+
+    `coefficients` are these, shape (n + 1,).
+    """
     order = len(coefficients) - 1
     i, j = np.indices((order, order)) + 1
     index = 2 * j - i
@@ -42,13 +48,18 @@ def hurwitz_matrix(coefficients: FloatArray) -> FloatArray:
 
 
 def hurwitz_minors(rig: Rig, slope: float) -> FloatArray:
-    """The leading principal minors Delta_1 to Delta_7 of (4-23) at a friction slope; shape (7,)."""
+    """The leading principal minors Delta_1 to Delta_7 of (4-23) at a friction slope; shape (7,).
+
+    `rig` is one rig; `slope` is in N m s/rad.
+    """
     matrix = hurwitz_matrix(characteristic_polynomial(rig, slope))
     return np.array([np.linalg.det(matrix[:i, :i]) for i in range(1, len(matrix) + 1)])
 
 
 def minor_polynomials(rig: Rig) -> list[Chebyshev]:
     """Delta_1 to Delta_7 as polynomials in the friction slope (N m s/rad), as NumPy objects.
+
+    `rig` is one rig.
 
     Delta_i has degree i at most, so its interpolant at i + 1 points is the polynomial itself. Each
     object evaluates, differentiates and has `roots()`.
@@ -66,7 +77,10 @@ def minor_polynomials(rig: Rig) -> list[Chebyshev]:
 
 
 def eigenvalues(rig: RigLike, friction: FrictionLike, speed: float) -> np.ndarray:
-    """The 7 eigenvalues (1/s) of the Jacobian (4-19) at steady rotation with `speed` (rad/s), by real part."""
+    """The 7 eigenvalues (1/s) of the Jacobian (4-19) at steady rotation with `speed` (rad/s), by real part.
+
+    `rig` and `friction` are given as `Rig.of` and `Friction.of` take them.
+    """
     rig, friction = Rig.of(rig), Friction.of(friction)
     values = np.linalg.eigvals(jacobian(rig, float(friction.slope(rig, speed))))
     return values[np.argsort(-values.real)]

@@ -35,6 +35,9 @@ def stick_slip_orbit(
 ) -> PeriodicOrbit:
     """The stick-slip orbit p1, by shooting on the fast stepper; `guess` is a state near its section point.
 
+    `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them; `speed_reference` is in
+    rad/s, and `guess` has the shape (7,).
+
     Where the guess leads nowhere, a wound-up rig finds the orbit, as it does without a guess.
 
     Raises `NoOrbitError` where the rig does not stick and slip, `ValueError` for a speed reference
@@ -51,6 +54,9 @@ def stick_slip_orbit(
 
 def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float) -> PeriodicOrbit:
     """The unstable orbit p2, which never sticks, between the critical speed and the fold.
+
+    `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them; `speed_reference` is in
+    rad/s.
 
     Raises `NoOrbitError` outside that range, which the message states, and `ValueError` for another law than the
     exponential one.

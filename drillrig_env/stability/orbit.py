@@ -30,6 +30,9 @@ _ROUNDING = 1e-11
 class PeriodicOrbit:
     """A periodic orbit of a rig at a speed reference (rad/s).
 
+    `rig` under `friction` at `speed_reference` has it; `branch` is p1, which sticks, or p2, which does not; `period` is
+    in s.
+
     `state` is its point on the section x_3 = omega_ref, with the bit speeding up. `lowest` and
     `highest` hold the extremes of SIGNALS (rad/s, A), `stuck` the share of the period within the
     stick zone, `multipliers` the 7 Floquet multipliers, largest first, one of which is 1.

@@ -45,6 +45,8 @@ def stable_slopes(rig: RigLike) -> FloatArray:
 def stable_speeds(rig: RigLike, friction: FrictionLike) -> FloatArray:
     """The speeds (rad/s) at which steady rotation is stable, as rising open intervals; shape (n, 2).
 
+    `rig` and `friction` are given as `Rig.of` and `Friction.of` take them.
+
     On the law (4-9): most rigs are stable below omega_s, within the stick zone, and above the critical speed. Under a
     law that falls most steeply further up, low speeds above omega_s may be stable too. No row: never. The upper end is
     infinite where every speed above is stable. For a batch of frictions the shape is (rigs, n, 2), with rows of NaN
@@ -131,7 +133,10 @@ def critical_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
 
 
 def is_stable(rig: RigLike, friction: FrictionLike, speed: float) -> bool:
-    """Whether steady rotation at `speed` (rad/s) is locally stable; the Hurwitz minors are all positive then."""
+    """Whether steady rotation at `speed` (rad/s) is locally stable; the Hurwitz minors are all positive then.
+
+    `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them.
+    """
     rig, friction = Rig.of(rig), Friction.of(friction)
     return is_bearable(rig, float(friction.slope(rig, speed)))
 

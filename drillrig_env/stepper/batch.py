@@ -36,6 +36,8 @@ def simulate_batch(
 ) -> FloatArray:
     """Simulate many rigs at once with the fast stepper; their states, shape (rigs, samples, 7).
 
+    Runs go to `duration` and are sampled every `sample_period`.
+
     `friction`, `speed_reference` (rad/s) and `initial_state` ((7,) or (rigs, 7)) have one entry a rig,
     or one for all; the first sample is the start, times are in s. `threads`: default all cores; `rig`, `friction`,
     `tolerance` and `drive` as for `simulate`. Each rig comes out bit for bit as from there, whatever its company and

@@ -34,7 +34,7 @@ class DryRig(SimulatedRig):
         self.steps = 0
 
     def command(self, speed_reference: float) -> None:
-        """Give the drive a speed reference (rad/s), and let a control step pass."""
+        """Give the drive a speed reference (rad/s), and let a control step pass. `speed_reference` is held over it."""
         self.reference = speed_reference
         for _ in range(PARTS):
             self.advance()

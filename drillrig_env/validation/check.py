@@ -9,6 +9,8 @@ from dataclasses import dataclass
 class Check:
     """A row of the page. `agrees` is computed, never written down; `remark` says why, or what more there is.
 
+    `where` is its place in the chapter, and `statement` what is said there, `printed` and as `computed`.
+
     `difference` and `tolerance` are those of a printed number, in its own unit; None for a statement.
     """
 

@@ -45,6 +45,8 @@ _READERS = {
 def read_record(path: str | Path, columns: Mapping[str, str] | None = None) -> Record:
     """The record in a file of a logger: text of any separator, MATLAB, TDMS, Parquet or Excel; see docs/records.md.
 
+    `path` is the file.
+
     `columns` says what columns are, by name or by position as "#2": `{"Bit_Speed": "bit_speed:rpm", "#1": "time:ms"}`.
     What it does not name is taken by name and unit where these are plain, or left out; `Record.notes` tell of all.
 

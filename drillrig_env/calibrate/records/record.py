@@ -18,6 +18,10 @@ SPEEDS = ("bit_speed", "collar_speed", "top_speed")
 class Record:
     """A measured run: `time` (n,) in s, ascending from 0, and `signals` by name, each (n,), NaN where masked.
 
+    `source` is the file, and `digest` its SHA-256, both empty where there is none; `speed_reference` (rad/s) and
+    `normal_force` (N) are (n,), or None where they were not recorded. `notes` tell how the file was read; `begin` (s)
+    is t = 0 on the file's own clock, 0 where that is a date or the time of a day.
+
     Signals are `bit_speed`, `collar_speed`, `top_speed` (rad/s), `current` (A), `voltage` (V) and
     `torque_into_string` (N m), as far as they were measured.
     """
@@ -43,6 +47,8 @@ class Record:
 
     def schedule(self, values: FloatArray | None) -> list[tuple[float, float]] | None:
         """`speed_reference` or `normal_force` as `simulate` takes it: (time in s, value) from each change on, from 0 s.
+
+        `values` are either of them.
 
         None where it was not recorded.
         """
