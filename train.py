@@ -7,6 +7,8 @@
     python train.py --rig my_rig.toml                      # on a rig of your own
     python train.py --rig my_rig                           # on rigs that a calibration allows, by its folder
     python train.py --resume runs/ppo_1                    # go on after Ctrl-C
+    python train.py ppo --tune runs/study --budget-steps 3e7 --budget-hours 8
+    python train.py ppo --conf-file runs/study/best.yml --seeds 5
     python eval.py constant jump_ease runs/ppo_1           # then compare it
 
 With the folder of a calibration the rigs are half of its draws; `eval.py --rig` judges on the other half. Flags are
@@ -33,9 +35,9 @@ from agents.training.hyperparameters import ALGORITHMS, read_pairs
 from agents.training.seeds import resume_seeds, train_seeds
 from agents.training.settings import Training
 from agents.training.train import resume, train
-from drillrig_env.allowed import COUNT
+from drillrig_env.allowed import COUNT, POSITIVE
 from drillrig_env.command_line import Parser, command
-from drillrig_env.engine import LOCAL, engine_at
+from drillrig_env.engine import LOCAL, Engine, engine_at
 from drillrig_env.flags import add_engine_arguments, add_fields, add_rig_argument, of_kind
 
 _FLAGS = {
@@ -46,6 +48,11 @@ _FLAGS = {
 }
 _PAIRS = {"hyperparams": ("-params", "--hyperparams"), "env_kwargs": ("--env-kwargs",)}
 """Flags of the fields of `Training` that are not just the field's name."""
+
+_OF_TUNING = ("tune", "budget_steps", "budget_hours", "objective", "objective_suite", "objective_rigs")
+
+_TRIES = 20
+"""Trainings that a study has steps for where it is not told."""
 
 _WITH_RESUME = ("resume", "threads", "on", "jobs", "progress")
 
@@ -66,6 +73,7 @@ def _begin(given: Mapping[str, Any]) -> Path:
     """Train what the flags say, and return its folder."""
     values = dict(given)
     seeds, algorithm = values.pop("seeds", 1), values.pop("algo", None)
+    asked = {name: values.pop(name) for name in _OF_TUNING if name in values}
     engine = engine_at(values.pop("on"), values.pop("jobs", None))
     if algorithm and values.setdefault("algorithm", algorithm) != algorithm:
         raise ValueError(f"--algo {algorithm} and {values['algorithm']} contradict each other")
@@ -76,11 +84,33 @@ def _begin(given: Mapping[str, Any]) -> Path:
         rig = values.pop("rig")
         values["env_kwargs"] = {"rig": values.pop("calibration", rig)} | values.get("env_kwargs", {})
     training = Training(**values)
+    if "tune" in asked:
+        if seeds > 1:
+            raise ValueError("--tune is given with --seeds; each try has a seed of its own")
+        return _tune(training, engine, asked)
+    if asked:
+        raise ValueError(f"--{next(iter(asked)).replace('_', '-')} is given without --tune")
     if seeds > 1:
         return train_seeds(training, seeds, engine)
     if engine.where != LOCAL:
         raise ValueError(f"--on {engine.where} is given without --seeds; one training is done on this machine")
     return train(training)
+
+
+def _tune(training: Training, engine: Engine, asked: Mapping[str, Any]) -> Path:
+    """Search hyperparameters, print the ten best tries, and return the study's folder."""
+    from agents.tuning.search import search
+    from agents.tuning.trial import Question
+
+    folder, hours = asked["tune"], asked.get("budget_hours")
+    names = {"objective": "objective", "objective_suite": "suite", "objective_rigs": "rigs"}
+    question = Question.of(training, **{names[name]: asked[name] for name in names if name in asked})
+    steps = asked.get("budget_steps", _TRIES * question.steps)
+    study = search(folder, question, steps, hours, engine)
+    print(study.table())
+    best = f"python train.py {training.algorithm} --env {training.env_id} --conf-file {folder / 'best.yml'}"
+    print(f"to train with the best: {best} --seeds 5")
+    return Path(folder)
 
 
 def _go_on(parser: argparse.ArgumentParser, given: Mapping[str, Any]) -> Path:
@@ -110,8 +140,31 @@ def argument_parser(prog: str) -> Parser:
         add(*flags, nargs="+", dest=name, metavar="NAME:VALUE", help=meaning)
     add("--seeds", type=of_kind(COUNT), help="train this many seeds, from --seed on, into <run folder>/seed_<s>")
     add_engine_arguments(parser, "seeds")
+    _add_tuning(parser)
     add("--resume", type=Path, metavar="RUN", help="go on with a stopped run, or with the seeds in a folder")
     return parser
+
+
+def _add_tuning(parser: Parser) -> None:
+    """The flags of a search."""
+    add = parser.add_argument_group("search of hyperparameters").add_argument
+    add(
+        "--tune",
+        type=Path,
+        metavar="DIR",
+        help="search what the file of hyperparameters has under `search`, or go on with the study in the folder",
+    )
+    add(
+        "--budget-steps",
+        type=of_kind(COUNT),
+        metavar="STEPS",
+        help=f"steps of the environment of all tries together (default: {_TRIES} trainings)",
+    )
+    add("--budget-hours", type=of_kind(POSITIVE, "h"), metavar="H", help="and no longer than so (default: no limit)")
+    objectives = "mitigated, calm, reward, time_to_calm"
+    add("--objective", metavar="NAME", help=f"worth (share mitigated less a tenth of the mean cost), {objectives}")
+    add("--objective-suite", metavar="NAME", help="draws as in this suite, of rigs for validation (default: default)")
+    add("--objective-rigs", type=of_kind(COUNT), metavar="N", help="so many (default: 500)")
 
 
 if __name__ == "__main__":

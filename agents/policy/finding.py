@@ -37,12 +37,13 @@ def find_agent(name: str) -> PolicySource | None:
             f"the runs in {name} are not the seeds of one algorithm: {sorted(kinds)}, seeds {list(configs)}"
         )
     agents = {str(agent.config["seed"]): agent for agent in map(load_policy, folders)}
-    makers = {seed: partial(_at_slew_limit, agents[seed]) for seed in sorted(agents, key=int)}
+    makers = {seed: partial(at_slew_limit, agents[seed]) for seed in sorted(agents, key=int)}
     return PolicySource(name, makers, {"kind": "run", "configs": configs})
 
 
-def _at_slew_limit(
+def at_slew_limit(
     agent: Agent, slew_limit: float | None = None, rig: RigLike = None, largest_reference: float | None = None
 ) -> Agent:
+    """The agent for a task with a slew limit (rad/s^2), by default the standard one, in the scales of its rig."""
     scales = Scales.of(rig, largest_reference)
     return agent.at_slew_limit(SLEW_LIMIT * scales.rate if slew_limit is None else slew_limit, scales)

@@ -31,6 +31,9 @@ _OURS = (
 )
 """What training itself uses, and not the algorithm. The second row is this project's own; rl-zoo3 has the first."""
 
+_SEARCH = "search"
+"""What `train.py --tune` looks through (`agents.tuning.space`), beside the values."""
+
 _FIXED = ("self", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model", "device")
 _SCHEDULES = ("learning_rate", "clip_range", "clip_range_vf")
 _FROM_MINUS_ONE = Allowed(low=-1, whole=True)
@@ -84,6 +87,7 @@ def hyperparameters(
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
     chosen = {**tables[env_id], **(changes or {})}
+    chosen.pop(_SEARCH, None)
     for name, value in chosen.items():
         if name not in (*known, *_OURS):
             raise ValueError(f"{algorithm}: unknown hyperparameter {name!r}; {closest(name, [*_OURS, *known])}")
@@ -103,6 +107,21 @@ def hyperparameters(
         chosen["curriculum"] = asdict(Stages.of(chosen["curriculum"]))
     algorithm_arguments(chosen)  # refuses what cannot be read
     return chosen
+
+
+def search_of(algorithm: str, env_id: str, file: Path | None = None) -> tuple[dict[str, Any], Any]:
+    """The hyperparameters of an algorithm for an environment as its file has them, and what is to be looked through.
+
+    `ValueError` for a file that cannot be read or has nothing for the environment.
+    """
+    algorithm_class(algorithm)
+    path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
+    tables = _read_tables(path)
+    if env_id not in tables:
+        raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
+    found = dict(tables[env_id])
+    search = found.pop(_SEARCH, None)
+    return found, search
 
 
 def algorithm_arguments(chosen: Mapping[str, Any]) -> dict[str, Any]:

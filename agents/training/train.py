@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,11 @@ def train(training: Training) -> Path:
         write_config(folder, {**config, "provenance": provenance_on(model.device)})
         _learn(model, folder, config, training.threads, training.progress)
     return folder
+
+
+def try_out(config: Mapping[str, Any], folder: Path, watched_by: Sequence[BaseCallback], threads: int | None) -> None:
+    """Train as a config says, in an empty folder that is thrown away afterwards, with callbacks that watch."""
+    _learn(new_model(config, threads), folder, config, threads, progress=False, watched_by=watched_by)
 
 
 def resume(
@@ -114,6 +119,7 @@ def _learn(
     progress: bool,
     begun: bool = False,
     asked: Callable[[], bool] | None = None,
+    watched_by: Sequence[BaseCallback] = (),
 ) -> None:
     """Learn until the total is reached or a stop is asked for. The checkpoint goes when the last model is whole."""
     chosen = config["hyperparameters"]
@@ -127,7 +133,7 @@ def _learn(
     checkpoint = Checkpoint(folder, config["save_freq"], asked)
     shown = ShowProgress(folder, total, evaluate, progress)
     warm_up = WarmUp(chosen.get("critic_iterations", 0), chosen.get("staggered", False))
-    callbacks: list[BaseCallback] = [shown, *([evaluate] if evaluate else []), checkpoint, warm_up]
+    callbacks: list[BaseCallback] = [shown, *([evaluate] if evaluate else []), checkpoint, warm_up, *watched_by]
     if chosen.get("anchor"):
         callbacks.append(Anchor(folder, config, chosen["anchor"]))
     if chosen.get("curriculum"):

@@ -77,6 +77,7 @@ class OnRay(Engine):
         try:
             self._ray.init(address=self._address, log_to_driver=False, logging_level="ERROR", **own)
         except (ConnectionError, TimeoutError, ValueError, RuntimeError) as error:
+            self.end()
             reason = (str(error).strip() or type(error).__name__).splitlines()[0]
             raise Failed(f"--on {self.where}: {_NO_CLUSTER.get(self._address, 'no answer')} ({reason})") from error
         finally:

@@ -1,5 +1,6 @@
 """Where there is no cluster to join, a sentence says so."""
 
+import signal
 import socket
 
 import pytest
@@ -12,13 +13,19 @@ pytestmark = pytest.mark.slow
 
 
 def test_this_machine_is_part_of_none(monkeypatch):
-    """Ray looks for a cluster by an address, by a file, and among the processes of this machine."""
-    services = pytest.importorskip("ray._private.services")
-    monkeypatch.delenv("RAY_ADDRESS", raising=False)
-    monkeypatch.setattr(services, "find_gcs_addresses", set)
-    monkeypatch.setattr(services, "find_bootstrap_address", lambda *_: None)
-    with pytest.raises(Failed, match="--on auto: there is no cluster that this machine is part of"):
+    def init(**_settings):
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise ConnectionError("Could not find any running Ray instance.\nMore lines")
+
+    earlier = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr("ray.init", init)
+    with pytest.raises(Failed, match=r"--on auto: there is no cluster .* own instance \(Could not .* Ray instance\.\)"):
         engine_at("auto").__enter__()
+    engine = engine_at("ray", 1)
+    with pytest.raises(Failed, match="--on ray: Ray does not start"):
+        engine.__enter__()
+    assert engine._folder is None  # nothing is left behind
+    assert signal.getsignal(signal.SIGTERM) is earlier
 
 
 def test_nobody_answers_at_an_address():

@@ -1,0 +1,128 @@
+"""What is looked through for each hyperparameter, as `search` in the file of hyperparameters says beside its values.
+
+    search:
+      gamma: {low: 0.98, high: 0.999}
+      learning_rate: {low: 1.0e-4, high: 1.0e-3, log: true, as: "lin_{:.3g}"}
+      n_steps: {choices: [64, 128, 256]}
+
+A range is of whole numbers where both ends are. `log` is for what counts by its ratio, and `as` the text that a number
+stands in. A hyperparameter within another is named with a dot: `imitation.rounds`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agents.training.hyperparameters import hyperparameters, search_of
+from drillrig_env.parameters import refuse
+
+_KEYS = ("low", "high", "log", "as", "choices")
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """What is looked through for one hyperparameter: `choices`, or what lies between `low` and `high`."""
+
+    name: str
+    choices: tuple[Any, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False
+    text: str = ""
+
+    @classmethod
+    def of(cls, name: str, given: Any) -> Dimension:
+        """As the file has it. `ValueError` for what is no range and no choices."""
+        if not isinstance(given, Mapping) or not set(given) <= set(_KEYS):
+            raise refuse("search", name, given, "", "choices, or low and high, with log and as")
+        if "choices" in given:
+            choices = given["choices"]
+            if len(given) > 1 or not isinstance(choices, list) or len(choices) < 2:
+                raise refuse("search", name, given, "", "choices: a list of two or more, alone")
+            return cls(name, choices=tuple(choices))
+        try:
+            low, high = _number(given["low"]), _number(given["high"])
+        except (KeyError, ValueError, TypeError):
+            raise refuse("search", name, given, "", "numbers low and high") from None
+        log, text = given.get("log", False), given.get("as", "")
+        if not low < high or (log and low <= 0.0):
+            raise refuse("search", name, given, "", "low < high, and low > 0 with log")
+        try:
+            text.format(low)
+        except (AttributeError, ValueError, IndexError, KeyError):
+            raise refuse(
+                "search", name, given, "", 'as: a text with a place for the number, such as "lin_{:.3g}"'
+            ) from None
+        return cls(name, low=low, high=high, log=bool(log), text=text)
+
+    @property
+    def distribution(self) -> Any:
+        """What Optuna draws from."""
+        from optuna import distributions
+
+        if self.choices:
+            return distributions.CategoricalDistribution(self.choices)
+        if isinstance(self.low, int) and isinstance(self.high, int):
+            return distributions.IntDistribution(self.low, self.high, log=self.log)
+        return distributions.FloatDistribution(self.low, self.high, log=self.log)
+
+    def value(self, drawn: Any) -> Any:
+        """The hyperparameter for what was drawn; a number with three digits."""
+        if self.text:
+            return self.text.format(drawn)
+        return float(f"{drawn:.3g}") if isinstance(drawn, float) and not self.choices else drawn
+
+
+@dataclass(frozen=True)
+class Space:
+    """All that is looked through, and the hyperparameters around it."""
+
+    dimensions: tuple[Dimension, ...]
+    table: Mapping[str, Any]  # as the file has them
+
+    @classmethod
+    def of(cls, algorithm: str, env_id: str, file: Path | None = None) -> Space:
+        """As a file has it, by default the algorithm's own. `ValueError` where it has none, or what is not allowed."""
+        table, search = search_of(algorithm, env_id, file)
+        if not isinstance(search, Mapping) or not search:
+            path = file or f"agents/hyperparams/{algorithm}.yml"
+            raise ValueError(f"{path} says for {env_id} nowhere what to look through; allowed: ranges under `search`")
+        found = cls(tuple(Dimension.of(str(name), given) for name, given in search.items()), table)
+        for dimension in found.dimensions:
+            ends = dimension.choices or (dimension.low, dimension.high)
+            for end in ends:  # each must be a hyperparameter, and allowed
+                hyperparameters(algorithm, env_id, found.changes({dimension.name: end}, table), table=table)
+        return found
+
+    def distributions(self) -> dict[str, Any]:
+        """What Optuna draws from, by name."""
+        return {one.name: one.distribution for one in self.dimensions}
+
+    def changes(self, drawn: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
+        """What was drawn as changes to the hyperparameters in a `table`."""
+        found: dict[str, Any] = {}
+        for one in self.dimensions:
+            if one.name not in drawn:
+                continue
+            outer, dot, inner = one.name.partition(".")
+            if dot:
+                found[outer] = {**(found.get(outer) or table.get(outer) or {}), inner: one.value(drawn[one.name])}
+            else:
+                found[outer] = one.value(drawn[one.name])
+        return found
+
+
+def seed_of(drawn: Mapping[str, Any], first: int) -> int:
+    """The training seed of a try: from `first` on, by what was drawn, so that it is the same wherever it is done."""
+    text = json.dumps(dict(drawn), sort_keys=True)
+    return first + int(hashlib.sha256(text.encode()).hexdigest()[:4], 16) % 1000
+
+
+def _number(value: Any) -> float:
+    """A number; YAML takes 1e-4 for a text."""
+    return float(value) if isinstance(value, str) else value + 0
