@@ -15,6 +15,7 @@ from time import perf_counter
 from typing import Any
 
 from drillrig_env.command_line import Failed, Parser, command
+from drillrig_env.deploy.controller import Controller
 from drillrig_env.deploy.limits import Limits
 from drillrig_env.deploy.log import read_log
 from drillrig_env.deploy.loop import Operator, Timing, serve
@@ -41,12 +42,13 @@ def replay_log(log: str | Path, policy: str | Path | None = None, other: bool = 
     Raises `ValueError` for a log that is damaged or empty, and for a policy whose digest is not the log's.
     """
     about, rows = read_log(log)
-    supervisor = Supervisor(policy or about["policy"], _limits(about["limits"]))
-    if not other and supervisor.controller.file.sha256 != about["sha256"]:
+    controller = Controller(policy or about["policy"])
+    if not other and controller.file.sha256 != about["sha256"]:
         raise ValueError(
             f"{log} was written with another file of {about['policy']}: {about['file']} with the SHA-256 "
-            f"{about['sha256'][:12]}..., not {supervisor.controller.file.sha256[:12]}...; give that file, or --other"
+            f"{about['sha256'][:12]}..., not {controller.file.sha256[:12]}...; give that file, or --other"
         )
+    supervisor = Supervisor(controller, _limits(about["limits"]))
     supervisor.start(about["reference"], about["target"], about["measurements"], about["time"])
     differing, first, largest, steps, timing = 0, None, 0.0, 0, Timing()
     for step, row in enumerate(rows):

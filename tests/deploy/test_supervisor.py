@@ -10,6 +10,7 @@ from baselines import ZTorque
 from drillrig_env.deploy import Controller, Limits, State, Supervisor, shipped_policies
 from drillrig_env.deploy.export import export
 from drillrig_env.rig import Rig
+from drillrig_env.scales import Scales
 from drillrig_env.twin.dry_run import DryRig
 
 pytest.importorskip("onnxruntime")
@@ -232,9 +233,12 @@ def test_limits_grow_with_the_rig(tmp_path):
     assert limits.highest_reference == pytest.approx(10.0 / slow)
     assert limits.rate == pytest.approx(2.0 / slow**2)
     assert limits.ramp == pytest.approx(0.5 / slow**2, rel=5e-3)
-    assert limits.torque == pytest.approx(1.5 * strong, rel=0.3)  # damped otherwise: loads are less
     assert (limits.stale, limits.hold_time, limits.fallback_time) == (1.0, 4.0, 40.0)
     assert limits.frozen == 20
+    assert (limits.top_speed, limits.safe_speed) == (3.0, 0.25)
+    scales = Scales.of(replace(chapter, **scaled), limits.highest_reference)
+    assert limits.current == pytest.approx(1.3 * scales.current + 2.7 * scales.current_swing, rel=5e-3)
+    assert limits.torque == pytest.approx(0.3 * scales.load + 1.2 * scales.torque, rel=5e-3)
     about = Supervisor(tmp_path / "law.onnx").controller.file.about
     assert Limits.for_policy(about, rate=0.01, fallback="z_torque").rate == 0.01
 

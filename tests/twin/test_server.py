@@ -7,6 +7,7 @@ import time
 import pytest
 
 from drillrig_env.deploy.line import LONGEST
+from drillrig_env.twin import server
 from tests.twin.serving import serving
 
 HELLO = {"hello": "test", "version": 1}
@@ -146,10 +147,17 @@ def test_a_client_that_does_not_read_is_left_and_holds_nobody_up():
         watcher = Client(served, HELLO)
         watcher.hear()
         end = time.monotonic() + 30.0
-        server = served.pace.receivers[0].__self__
-        while len(server._clients) > 1 and time.monotonic() < end:
+        clients = served.pace.receivers[0].__self__._clients
+        while len(clients) > 1 and time.monotonic() < end:
             assert watcher.hear()
-        assert len(server._clients) == 1
+        assert len(clients) == 1
+
+
+def test_a_client_that_says_nothing_is_left(served, monkeypatch):
+    monkeypatch.setattr(server, "_HELLO_TIME", 0.2)
+    silent = Client(served)
+    assert "no line within 0.2 s" in silent.hear()["refused"]
+    assert silent.hear() is None
 
 
 def test_more_clients_than_a_rig_serves_are_refused(served):

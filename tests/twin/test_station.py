@@ -99,6 +99,18 @@ def test_a_flood_of_commands_is_refused(station):
     station.command(ME, 3.0)
 
 
+def test_measurements_and_commands_are_lost_apart():
+    station, came, taken = Station(SimulatedRig(), Wire(loss=0.5), periods=100), [], []
+    station.arm(ME)
+    for _ in range(40):
+        before = station.taken
+        station.command(ME, station.rig.reference)
+        came.append(len(control_step(station)))
+        taken.append(station.taken - before)
+    assert set(came) == set(taken) == {0, 1}
+    assert came != taken
+
+
 def test_late_measurements_tell_their_own_time():
     station = Station(SimulatedRig(), Wire(latency=0.25))
     times = [(station.time, message["time"]) for _ in range(50) for message in station.advance()]
@@ -110,5 +122,6 @@ def test_scales_are_the_rigs():
     other = Station(SimulatedRig(rig="field_2500m"))
     scales = other.rig.usual.scales
     assert other.watchdog.fallback_speed == pytest.approx(scales.speed)
+    assert other.watchdog.ramp == pytest.approx(0.5 * scales.rate)
     assert other.watchdog.highest == other.rig.usual.largest_reference
     assert other.watchdog.period == other.rig.period
