@@ -4,6 +4,7 @@ See docs/hardware.md. Nothing here loads PyTorch, Stable-Baselines3 or Numba; on
 and `graph`, which make the files, need more.
 """
 
+from drillrig_env.deploy.connection import connect
 from drillrig_env.deploy.controller import Controller
 from drillrig_env.deploy.events import Event, Events
 from drillrig_env.deploy.limits import Limits
@@ -28,6 +29,7 @@ __all__ = [
     "Supervisor",
     "Timing",
     "Watchdog",
+    "connect",
     "read_log",
     "replay_log",
     "run_loop",

@@ -47,8 +47,11 @@ class Connection(Hardware, Protocol):
     def arm(self) -> float:
         """Have the rig from now on; the speed reference of its drive."""
 
+    def release(self) -> None:
+        """Give the rig back, its drive at the reference that it has."""
+
     def close(self) -> None:
-        """Give the rig back and end the connection."""
+        """End the connection. A rig that has not been given back is left to its watchdog."""
 
 
 def connect(address: str, token: str = "") -> Connection:

@@ -95,11 +95,15 @@ class LineRig:
         """Give the drive a speed reference (rad/s)."""
         self._send({"command": speed_reference})
 
+    def release(self) -> None:
+        """Give the rig back, its drive at the reference that it has."""
+        if self._armed:
+            self._send({"release": True})
+        self._armed, self._readings.armed_at = False, None
+
     def close(self) -> None:
-        """Give the rig back, its drive at the reference that it has, and end the connection."""
+        """End the connection. A rig that has not been given back is left to its watchdog."""
         with suppress(OSError):
-            if self._armed:
-                self._send({"release": True})
             self._socket.shutdown(socket.SHUT_WR)
         self._socket.close()
 

@@ -117,11 +117,14 @@ class OpcUaRig:
         if refused:
             raise ConnectionError(f"{self.address} refuses: {refused}")
 
-    def close(self) -> None:
-        """Give the rig back, its drive at the reference that it has, and end the connection."""
+    def release(self) -> None:
+        """Give the rig back, its drive at the reference that it has."""
         if self._key:
-            with suppress(ConnectionError):
-                self._method(nodes.RELEASE, self._key)
+            self._method(nodes.RELEASE, self._key)
+        self._key, self._readings.armed_at = "", None
+
+    def close(self) -> None:
+        """End the connection. A rig that has not been given back is left to its watchdog."""
         self._leave()
 
     def _look(self) -> None:

@@ -95,11 +95,15 @@ def _control(supervisor: Supervisor, rig: Connection, chosen: Any) -> None:
                 clock=rig.clock,
                 sleep=rig.sleep,
             )
-        except ValueError as error:  # such as of a target that the policy does not take
+        except ConnectionError:
+            raise
+        except (ValueError, OSError) as error:  # a target that the policy does not take, a log that cannot be begun
+            rig.release()
             raise Failed(str(error)) from error
         finally:
             if chosen.log is not None and chosen.log.is_file():
                 _say(f"log: {chosen.log.resolve()}")
+        rig.release()  # not where the loop ended otherwise: the watchdog is to have the rig then
     hand.tell()
     _say(f"{supervisor.state.value} at {supervisor.reference:.4g} rad/s after {supervisor.time:.6g} s")
     if rig.speed == 1.0 and not rig.waits:

@@ -4,6 +4,7 @@ import asyncio
 import selectors
 import socket
 import threading
+import time
 from contextlib import AsyncExitStack, contextmanager
 
 from drillrig_env.deploy.events import Events
@@ -48,6 +49,14 @@ class Served:
                 self.address = found.address
             self.ready.set()
             await self.pace.run()
+
+
+def soon(true, seconds=10.0):
+    """Whether something becomes true within some seconds."""
+    end = time.monotonic() + seconds
+    while not true() and time.monotonic() < end:
+        time.sleep(0.01)
+    return true()
 
 
 def free_port():

@@ -24,14 +24,14 @@ def served_over_opcua(rig=None, **settings):
 def test_a_policy_controls_it_and_a_replay_agrees(tmp_path):
     log = tmp_path / "run.csv"
     faults = [Fault("current", "missing", 12.0, 14.0), Fault("voltage", "slow", 12.0, 14.0)]
-    with served_over_opcua(faults=faults, periods=50) as served:
-        with closing(connect(served.address)) as rig:
-            supervisor = Supervisor("z_torque", Limits(sound_time=0.3))
-            assert compare(supervisor, rig) == []
-            reference = served.station.rig.reference
-            run_loop(supervisor, rig, reference=rig.arm, target=rig.target, steps=150, log=log, clock=rig.clock,
-                     sleep=rig.sleep)  # fmt: skip
-            assert served.station.rig.reference != reference
+    with served_over_opcua(faults=faults, periods=50) as served, closing(connect(served.address)) as rig:
+        supervisor = Supervisor("z_torque", Limits(sound_time=0.3))
+        assert compare(supervisor, rig) == []
+        reference = served.station.rig.reference
+        run_loop(supervisor, rig, reference=rig.arm, target=rig.target, steps=150, log=log, clock=rig.clock,
+                 sleep=rig.sleep)  # fmt: skip
+        assert served.station.rig.reference != reference
+        rig.release()
         assert served.station.state == "idle"
     reasons = " ".join(event.reason for event in supervisor.events.of("fault"))
     assert "current missing" in reasons

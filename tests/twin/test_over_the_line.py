@@ -2,7 +2,6 @@
 
 import socket
 import threading
-import time as system
 from contextlib import closing
 
 import pytest
@@ -16,7 +15,7 @@ from drillrig_env.twin.channel import Wire
 from drillrig_env.twin.dry_run import DryRig, Instant
 from drillrig_env.twin.faults import Fault
 from drillrig_env.twin.rig import SimulatedRig
-from tests.twin.serving import serving
+from tests.twin.serving import serving, soon
 
 pytest.importorskip("onnxruntime")
 
@@ -40,14 +39,6 @@ def ended(words):
         return main(words)
     except SystemExit as end:
         return end.code
-
-
-def soon(true, seconds=10.0):
-    """Whether something becomes true within some seconds."""
-    end = system.monotonic() + seconds
-    while not true() and system.monotonic() < end:
-        system.sleep(0.01)
-    return true()
 
 
 @pytest.mark.parametrize(("policy", "sensors"), [("lqg", "surface"), ("ppo", "state")])
@@ -165,6 +156,7 @@ def test_a_rig_that_does_not_offer_what_the_policy_wants_is_refused(capsys):
         assert "ppo wants twist_12 (rad); the rig offers top_speed (rad/s), current (A)" in capsys.readouterr().err
         assert main(["run", "lqg", "--connect", served.address, "--target", "40", "--duration", "1"]) == 1
         assert "speed_target = 40.0 rad/s is not allowed" in capsys.readouterr().err
+        assert soon(lambda: served.station.state == "idle")  # given back: nothing was wrong with the rig
 
 
 def test_another_rig_or_drive_is_told_of_before_anything_turns(capsys):

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from drillrig_env.deploy import read_log, replay_log
-from tests.twin.serving import serving
+from tests.twin.serving import serving, soon
 
 pytest.importorskip("onnxruntime")
 
@@ -131,6 +131,7 @@ def test_the_first_interrupt_stops_the_rig_and_the_second_ends_at_once(number, c
             controller.send_signal(number)
             assert controller.wait(5.0) == code
             assert time.monotonic() - begin < 3.0
+        assert "no command for" in line_with(rig, "tripped: watchdog")
         rig.send_signal(number)
         assert rig.wait(10.0) == code
 
@@ -165,6 +166,7 @@ def test_a_disk_that_is_full_from_the_start_turns_nothing():
         words = [*COMMAND, "run", "constant", "--connect", served.address, "--duration", "1", "--log", "/dev/full"]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         assert served.station.taken == 0
+        assert soon(lambda: served.station.state == "idle")  # given back
     assert done.returncode == 1
     assert done.stderr.startswith("error: ")
     assert "No space left on device" in done.stderr
