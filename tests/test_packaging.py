@@ -53,14 +53,16 @@ def test_every_dependency_has_a_lower_bound():
         *PROJECT["dependencies"],
         *(
             one
-            for name in ("agents", "deploy", "export", "plot", "posterior", "records", "render", "scale")
+            for name in ("agents", "deploy", "export", "opcua", "plot", "posterior", "records", "render", "scale")
             for one in extras[name]
         ),
     ]
     assert [one for one in runtime if ">=" not in one] == []
 
 
-@pytest.mark.parametrize("extra", ["agents", "deploy", "export", "plot", "posterior", "records", "render", "scale"])
+@pytest.mark.parametrize(
+    "extra", ["agents", "deploy", "export", "opcua", "plot", "posterior", "records", "render", "scale"]
+)
 def test_hints_of_what_to_install_name_an_extra_that_exists(extra):
     assert extra in PROJECT["optional-dependencies"]
     assert f"pip install '.[{extra}]'" in str(missing("this", "that", extra))

@@ -39,6 +39,8 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig run") -> 
     chosen = parser.parse_args(arguments)
     if chosen.log is not None:
         check_writable_file(chosen.log)
+        if chosen.log.is_file():  # what a rig did cannot be computed again
+            parser.error(f"--log {chosen.log} is there already; allowed: the name of a new file")
     try:
         token = "" if chosen.token_file is None else read_token(chosen.token_file)
         supervisor = Supervisor(chosen.policy)

@@ -40,7 +40,8 @@ ROOMS = {
     "evaluation": Room(("drillrig_env/evaluation",), ("tests/evaluation",)),
     "baselines": Room(("baselines",), ("tests/baselines",)),
     "calibrate": Room(("drillrig_env/calibrate",), ("tests/calibrate",)),
-    "deploy": Room(("drillrig_env/deploy",), ("tests/deploy",)),
+    "deploy": Room(("drillrig_env/deploy",), ("tests/deploy", "tests/twin")),
+    "twin": Room(("drillrig_env/twin",), ("tests/twin",)),
 }
 
 _LEFT_ALONE = (

@@ -1,8 +1,10 @@
 """A policy controls the twin over its line: as well as without one, whatever instruments and messages do."""
 
+import json
 import socket
 import threading
-from contextlib import closing
+import time as system
+from contextlib import closing, suppress
 
 import pytest
 
@@ -131,6 +133,10 @@ def test_the_command_runs_a_policy_within_limits(tmp_path, capsys):
     assert "limit: the policy wants" in told
     assert "normal at 2.5 rad/s after 4 s" in told
     assert main(["replay", log]) == 0
+    earlier = (tmp_path / "run.csv").read_bytes()
+    assert ended(words) == 2
+    assert "run.csv is there already" in capsys.readouterr().err
+    assert (tmp_path / "run.csv").read_bytes() == earlier
 
 
 @pytest.mark.parametrize(
@@ -188,3 +194,38 @@ def test_what_is_no_rig_is_named(said):
         with pytest.raises(ConnectionError, match=r"no rig of this protocol|refuses: no|has ended|is broken"):
             connect(f"127.0.0.1:{server.getsockname()[1]}")
         thread.join()
+
+
+def test_a_rig_of_ones_own_needs_no_more_than_the_page_says():
+    """A program that says only what docs/line_protocol.md asks for, in real time."""
+    heard = []
+
+    def serve(server):
+        client, _ = server.accept()
+        with client, client.makefile("rb") as lines:
+            heard.append(json.loads(lines.readline()))
+            units = {"top_speed": "rad/s", "current": "A", "voltage": "V", "string_torque": "N m"}
+            numbers = {"version": 1, "period": 0.1, "speed": 1.0, "time": 0.0, "reference": 2.0, "target": 2.5}
+            client.sendall(json.dumps({"rig": "mine", "channels": units, **numbers}).encode() + b"\n")
+            reader = threading.Thread(target=lambda: heard.extend(json.loads(line) for line in lines))
+            reader.start()
+            for k in range(1, 13):
+                system.sleep(0.1)
+                if {"arm": True} in heard and not any("armed" in said for said in told):
+                    told.append({"armed": 2.0, "time": 0.1 * k - 0.05})
+                told.append({"time": 0.1 * k, "values": dict.fromkeys(units, 0.5 + 0.01 * k), "reference": 2.0,
+                             "state": "armed"})  # fmt: skip
+                with suppress(ConnectionError):  # the client has gone in the end
+                    client.sendall(b"".join(json.dumps(said).encode() + b"\n" for said in told[len(sent) :]))
+                sent.extend(told[len(sent) :])
+            reader.join(5.0)
+
+    told, sent = [], []
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=serve, args=(server,))
+        thread.start()
+        assert main(["run", "constant", "--connect", f"127.0.0.1:{server.getsockname()[1]}", "--duration", "0.5"]) == 0
+        thread.join(5.0)
+    assert heard[0]["hello"]
+    assert [next(iter(said)) for said in heard[1:]] == ["arm", *["command"] * 5, "release"]
+    assert [said["command"] for said in heard[2:-1]] == pytest.approx([2.2, 2.4, 2.5, 2.5, 2.5])
