@@ -69,12 +69,12 @@ def memory_growth(work: Callable[[], object]) -> int:
     forget = Path("/proc/self/clear_refs")
     if forget.exists():
         forget.write_text("5", encoding="ascii")
-    before = _peak_memory()
+    before = peak_memory()
     work()
-    return _peak_memory() - before
+    return peak_memory() - before
 
 
-def _peak_memory() -> int:
+def peak_memory() -> int:
     """Largest resident memory of this process so far, bytes."""
     status = Path("/proc/self/status")
     if status.exists():

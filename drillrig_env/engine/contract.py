@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -13,6 +14,15 @@ from drillrig_env.parameters import checked
 
 P = TypeVar("P")
 R = TypeVar("R")
+
+
+CALLS = 3
+"""Calls of an error's traceback that are told, the innermost."""
+
+
+def innermost(error: BaseException) -> str:
+    """The innermost calls of an error's traceback, as text."""
+    return "".join(traceback.format_tb(error.__traceback__)[-CALLS:]).rstrip()
 
 
 @dataclass(frozen=True)

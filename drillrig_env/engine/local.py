@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sized
 from pathlib import Path
+from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drillrig_env.command_line import Failed, deaf_to_interrupt
-from drillrig_env.engine.contract import Engine, Outcome
-from drillrig_env.engine.packing import packed
-from drillrig_env.engine.worker import LEAVE, answer_from_file, begin, innermost, opened, packed_work
+from drillrig_env.engine.contract import Engine, Outcome, innermost
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
@@ -94,6 +92,8 @@ class Local(Engine):
         self, work: Callable[[P], R], pieces: Iterable[P], meanwhile: Callable[[], object] | None
     ) -> Iterator[Outcome[R]]:
         """By a process for each piece, so that one that is killed takes none with it."""
+        from drillrig_env.engine.worker import LEAVE
+
         path = self._written(work)
         running: dict[Future[Any], tuple[int, _Processes]] = {}
         waiting = enumerate(pieces)
@@ -125,9 +125,11 @@ class Local(Engine):
 
     def _written(self, work: Any) -> Path:
         """The file with the work, for as long as it is the last."""
+        from drillrig_env.engine.worker import packed_work  # loaded by those alone who have processes
+
         if self._known is None or self._known[0] is not work:
             if self._folder is None:
-                self._folder = Path(tempfile.mkdtemp(prefix="drillrig-"))
+                self._folder = Path(mkdtemp(prefix="drillrig-"))
             if self._known is not None:
                 self._known[1].unlink(missing_ok=True)
             self._sent += 1
@@ -148,11 +150,16 @@ class _Processes:
         from concurrent.futures import ProcessPoolExecutor
         from multiprocessing import get_context
 
+        from drillrig_env.engine.worker import begin
+
         context = get_context("spawn")
         self._there, self._here = context.Pipe(duplex=False)
         self._pool: ProcessPoolExecutor = ProcessPoolExecutor(count, context, begin, (self._there, apart))
 
     def submit(self, path: Path, piece: Any) -> Future[Any]:
+        from drillrig_env.engine.packing import packed
+        from drillrig_env.engine.worker import answer_from_file
+
         with deaf_to_interrupt():  # a process may be started for it
             return self._pool.submit(answer_from_file, path, packed(piece))
 
@@ -204,6 +211,8 @@ def _ended(
 
 def _outcome(number: int, future: Future[Any], jobs: int) -> Outcome[Any]:
     from concurrent.futures.process import BrokenProcessPool
+
+    from drillrig_env.engine.worker import opened
 
     try:
         return opened(number, future.result())

@@ -11,23 +11,19 @@ import platform
 import signal
 import threading
 import time
-import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from drillrig_env.engine.contract import Outcome
+from drillrig_env.engine.contract import Outcome, innermost
 from drillrig_env.engine.likeness import check_alike, likeness, processor
 from drillrig_env.engine.packing import packed, packed_error, unpacked
 from drillrig_env.jit.threads import use_threads
 
 SAVE, LEAVE = 2.5, 3.5
 """Seconds after a stop at which a piece that is apart is to save at once, and at which its process ends."""
-
-CALLS = 3
-"""Calls of an error's traceback that are told, the innermost."""
 
 Answer = tuple[bytes | None, bytes | None, str, str]
 """Of a piece: its result packed, or its error, the innermost calls of that, and the processor."""
@@ -39,11 +35,6 @@ _stopping = threading.Event()
 def stop_asked() -> bool:
     """Whether the piece that this process is at should come to its end, and keep what it has."""
     return _stopping.is_set()
-
-
-def innermost(error: BaseException) -> str:
-    """The innermost calls of an error's traceback, as text."""
-    return "".join(traceback.format_tb(error.__traceback__)[-CALLS:]).rstrip()
 
 
 def packed_work(work: Any) -> bytes:

@@ -12,7 +12,7 @@ import numpy as np
 
 from drillrig_env.drive import Drive
 from drillrig_env.engine import Engine, used
-from drillrig_env.engine.worker import innermost
+from drillrig_env.engine.contract import innermost
 from drillrig_env.evaluation.conditions import Conditions
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.large import ROWS, check_large, store

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import zipfile
 from pathlib import Path
@@ -21,7 +22,7 @@ from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from drillrig_env import files
 from drillrig_env.command_line import Failed
-from drillrig_env.engine import Local
+from drillrig_env.engine import Local, engine_at
 from tests.agents.tiny import PPO
 
 ROOT = Path(__file__).parents[2]
@@ -153,6 +154,28 @@ def test_each_seed_ends_with_the_bits_of_its_training_alone(tmp_path):
     for folder in ("one", "two"):
         assert same_weights(tmp_path / folder / "seed_1", tmp_path / "alone")
     assert not same_weights(tmp_path / "one" / "seed_0", tmp_path / "alone")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="signals")
+def test_trainings_on_ray_end_with_the_same_bits_also_where_a_worker_is_killed(tmp_path):
+    """Its training goes on from the checkpoint, by another worker."""
+    pytest.importorskip("ray")
+    train_seeds(small(tmp_path / "here", n_timesteps=4096, save_freq=256), 2)
+    begun, killed = tmp_path / "ray" / "seed_1" / CHECKPOINT, []
+
+    def kill():
+        while not begun.is_file():
+            time.sleep(0.02)
+        killed.append(int((begun.parent / files.OWNER).read_text()))
+        os.kill(killed[0], signal.SIGKILL)
+
+    threading.Thread(target=kill, daemon=True).start()
+    with engine_at("ray", 2) as engine:
+        train_seeds(small(tmp_path / "ray", n_timesteps=4096, save_freq=256), 2, engine)
+    assert killed
+    for seed in ("seed_0", "seed_1"):
+        assert same_weights(tmp_path / "ray" / seed, tmp_path / "here" / seed)
 
 
 def test_a_training_that_fails_leaves_the_others_alone(tmp_path, capsys):

@@ -19,7 +19,7 @@ from drillrig_env.calibrate.projection import Problem
 from drillrig_env.calibrate.search import Search, key_of
 from drillrig_env.calibrate.unknowns import Unknowns
 from drillrig_env.calibrate.windows import Windows
-from drillrig_env.engine import Local
+from drillrig_env.engine import engine_at
 from tests.calibrate.test_calibration import FIXED, STICKING, csv_of
 
 FEW = {name: value for name, value in FIXED.items() if name != "v_b"} | dict.fromkeys(("K_T", "mu_k", "mu_s - mu_k"))
@@ -38,8 +38,11 @@ def same(one, other):
 
 
 @pytest.mark.slow
-def test_the_last_bit_is_the_same_from_several_processes():
-    with Local(2) as engine:
+@pytest.mark.parametrize("where", ["local", "ray"])
+def test_the_last_bit_is_the_same_from_several_processes(where):
+    if where == "ray":
+        pytest.importorskip("ray")
+    with engine_at(where, 2) as engine:
         same(fit(problem_of(), 5, 3), fit(problem_of(), 5, 3, search=Search(engine)))
 
 
