@@ -78,7 +78,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m benchmar
                 is_drawn(page)
                 play(page)
                 page.wait_for_function(
-                    "() => document.querySelector('.borders').textContent.includes('end of stick-slip')"
+                    "() => document.querySelector('.borders').textContent.includes('end')"
                 )
                 page.mouse.move(0, 0)
                 page.screenshot(path=chosen.output / f"{name}.png")

@@ -141,7 +141,7 @@ STORIES: dict[str, Story] = {
                 "What a drilling rig measures, 0.1 s late",
                 "Below the critical speed, at 20 N and 2 rad/s: whoever does nothing sticks. A is a trained agent that "
                 "sees current, voltage and torque at the top, noisy and late. B softens the drive itself and needs to "
-                "see nothing. Both bring the bit to rest within some 10 s.",
+                "see nothing. Both turn calmly after some 10 s.",
                 _laboratory(
                     a="ppo_surface", b="soft_torque", sensors="surface", noise=1.0, delay=1, start="stick_slip",
                     speed_target=2.0, normal_force=20.0,

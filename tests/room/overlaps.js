@@ -23,6 +23,10 @@
       }
     });
   }
+  for (const inner of [...document.querySelectorAll("fieldset *, .lane *, .tale *")].filter(seen)) {
+    const [a, b] = [inner.getBoundingClientRect(), inner.closest("fieldset, .lane, .tale").getBoundingClientRect()];
+    if (a.width > 0 && (a.left < b.left - 1 || a.right > b.right + 1)) found.push(`out of its frame: ${named(inner)}`);
+  }
   if (document.documentElement.scrollWidth > innerWidth) found.push("the page is wider than its window");
   return found;
 }

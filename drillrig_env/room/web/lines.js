@@ -128,8 +128,8 @@ export class Lines {
           ...this.kind.curves.map((curve) => ({
             scale: curve.scale ?? "y",
             stroke: colour(curve.colour),
-            width: curve.width,
-            dash: curve.dash,
+            width: (curve.width * size) / 14,
+            dash: curve.dash?.map((long) => (long * size) / 14),
             points: { show: false },
             spanGaps: false,
           })),

@@ -111,7 +111,7 @@ export class RigMap {
    */
   #border(c, axes, forces, speeds, dash) {
     c.strokeStyle = colour("ink");
-    c.lineWidth = 1.6;
+    c.lineWidth = 0.115 * typeSize();
     c.setLineDash(dash);
     c.beginPath();
     let pen = false;

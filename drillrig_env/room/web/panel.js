@@ -171,7 +171,7 @@ export class Panel {
     const speed = (value) => (value === null ? "none" : value.toFixed(2));
     const { note, critical_now: critical, end_now: end } = chart.map;
     this.part(".borders").textContent = 
-      note || `— critical ${speed(critical)} ╌ ${chart.map.followed ? "end of stick-slip" : "fold"} ${speed(end)} rad/s`;
+      note || `— critical ${speed(critical)} ╌ ${chart.map.followed ? "end" : "fold"} ${speed(end)} rad/s`;
   }
 
   /**

@@ -70,7 +70,7 @@ export class Plane {
     const own = colour(this.lane.toLowerCase());
     axes.inside(c, () => {
       if (this.orbit) this.#drawOrbit(c, axes, this.orbit);
-      c.lineWidth = 2;
+      c.lineWidth = typeSize() / 7;
       c.strokeStyle = own;
       c.beginPath();
       let pen = false;
