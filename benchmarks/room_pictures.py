@@ -77,9 +77,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m benchmar
                 page.goto(served.address)
                 is_drawn(page)
                 play(page)
-                page.wait_for_function(
-                    "() => document.querySelector('.borders').textContent.includes('end')"
-                )
+                page.wait_for_function("() => document.querySelector('.borders').textContent.includes('end')")
                 page.mouse.move(0, 0)
                 page.screenshot(path=chosen.output / f"{name}.png")
                 page.close()

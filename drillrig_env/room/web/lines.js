@@ -7,9 +7,11 @@ import { colour, font, typeSize } from "./theme.js";
 /** @typedef {import("./history.js").History} History */
 /** @typedef {import("./history.js").Column} Column */
 /** @typedef {{column: Column, label: string, colour: string, width: number, dash?: number[], scale?: string}} Curve */
-/** @typedef {{label: string, curves: Curve[], right?: string, floor?: number}} Kind */
+/** @typedef {{label: string, curves: Curve[], right?: string, floor?: number, stepped?: boolean}} Kind */
 
-const MOST_POINTS = 2400;
+const MOST_POINTS = 8000;
+const POINTS_PER_PIXEL = 2;
+const SAMPLES = 16; // a control step, in which a reward does not change
 
 /** Steps of ticks: 1, 2 and 5 times a power of ten, so that few digits tell them. */
 const STEPS = Array.from({ length: 16 }, (_, k) => [1, 2, 5].map((m) => m * 10 ** (k - 6))).flat();
@@ -42,6 +44,7 @@ export function kinds(own) {
     },
     rewards: {
       label: "",
+      stepped: true,
       curves: [
         { column: "effort", label: "action", colour: "top", width: 1.2, dash: [2, 3] },
         { column: "tracking", label: "tracking", colour: "collar", width: 1.3, dash: [5, 3] },
@@ -71,7 +74,7 @@ export class Lines {
     this.spans = {};
     this.made = "";
     /** Time, and a buffer for each curve. */
-    this.buffers = Array.from({ length: kind.curves.length + 1 }, () => new Float64Array(2 * MOST_POINTS));
+    this.buffers = Array.from({ length: kind.curves.length + 1 }, () => new Float64Array(MOST_POINTS));
   }
 
   /** Forget how far the axes reached. */
@@ -167,7 +170,8 @@ export class Lines {
     if (!this.plot) return;
     const last = history.before(time);
     const first = Math.max(history.before(time - span), 0);
-    const stride = Math.max(1, Math.ceil((last - first) / MOST_POINTS));
+    const points = Math.min(POINTS_PER_PIXEL * this.plot.width, MOST_POINTS - 2);
+    const stride = Math.max(this.kind.stepped ? SAMPLES : 1, Math.ceil((last - first) / points));
     const start = Math.ceil(first / stride) * stride;
     let count = 0;
     for (let k = start; k <= last; k += stride) this.buffers[0][count++] = history.time[k];

@@ -8,7 +8,7 @@ import { linkOf, picture, replay, save, settingOf } from "./keep.js";
 import { listen } from "./keys.js";
 import { Panel } from "./panel.js";
 import { Tale } from "./stories.js";
-import { isDark, onWish, setPrinting, toggleTheme } from "./theme.js";
+import { forgetStyle, isDark, onWish, setPrinting, toggleTheme } from "./theme.js";
 
 /** @typedef {import("./types.js").Welcome} Welcome */
 /** @typedef {import("./types.js").State} State */
@@ -125,6 +125,7 @@ function setLecture(on) {
   lecturing = on;
   document.body.classList.toggle("lecture", on);
   byId("lecture").setAttribute("aria-pressed", String(on));
+  forgetStyle();
   toDraw = true;
 }
 
@@ -160,6 +161,7 @@ function looks() {
   for (const seconds of SPANS) span.add(new Option(`${seconds} s`, String(seconds), seconds === 30, seconds === 30));
   const view = /** @type {HTMLSelectElement} */ (byId("view"));
   const again = () => {
+    forgetStyle();
     toDraw = true;
   };
   span.addEventListener("change", again);
@@ -183,6 +185,7 @@ function looks() {
   addEventListener("resize", again);
   addEventListener("beforeprint", () => {
     setPrinting(true);
+    forgetStyle();
     drawAll();
   });
   addEventListener("afterprint", () => {

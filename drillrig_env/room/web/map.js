@@ -16,6 +16,12 @@ export class RigMap {
     this.lane = lane;
     /** @type {Chart | null} */
     this.chart = null;
+    this.drawn = "";
+  }
+
+  /** Have it drawn anew. */
+  forget() {
+    this.drawn = "";
   }
 
   /**
@@ -26,6 +32,10 @@ export class RigMap {
    * @param {number} largest
    */
   draw(target, force, reference, fastest, largest) {
+    const size = [this.canvas.clientWidth, this.canvas.clientHeight, typeSize(), colour("ink")];
+    const now = [target, force, reference.toFixed(3), fastest, largest, ...size].join();
+    if (now === this.drawn) return;
+    this.drawn = now;
     const found = context(this.canvas);
     if (!found) return;
     const { c, width, height } = found;

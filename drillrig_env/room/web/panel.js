@@ -166,6 +166,7 @@ export class Panel {
   /** @param {LaneChart} chart */
   chart(chart) {
     this.map.chart = chart.map;
+    this.map.forget();
     this.plane.show(chart.orbit);
     /** @param {number | null} value */
     const speed = (value) => (value === null ? "none" : value.toFixed(2));

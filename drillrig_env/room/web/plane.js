@@ -19,6 +19,9 @@ export class Plane {
     this.lane = lane;
     /** @type {Orbit | null} */
     this.orbit = null;
+    /** Axes, cycle and calm point, which are drawn anew only where they change. */
+    this.ground = document.createElement("canvas");
+    this.grounded = "";
     this.reset();
   }
 
@@ -30,6 +33,7 @@ export class Plane {
   /** @param {Orbit} orbit */
   show(orbit) {
     this.orbit = orbit;
+    this.grounded = "";
     this.reset();
     for (let k = 0; k < orbit.twist.length; k++) this.#reach(orbit.twist[k], orbit.bit_speed[k]);
     this.#reach(orbit.calm_twist, 2 * orbit.calm_speed);
@@ -66,10 +70,10 @@ export class Plane {
       x: [this.low[0] - 0.06 * wide, this.high[0] + 0.06 * wide],
       y: [this.low[1] - 0.06 * tall, this.high[1] + 0.06 * tall],
     });
-    axes.draw(c, "twist of bit against collars, rad", "bit speed, rad/s", "bit, rad/s");
+    this.#drawGround(axes, width, height);
+    c.drawImage(this.ground, 0, 0, width, height);
     const own = colour(this.lane.toLowerCase());
     axes.inside(c, () => {
-      if (this.orbit) this.#drawOrbit(c, axes, this.orbit);
       c.lineWidth = typeSize() / 7;
       c.strokeStyle = own;
       c.beginPath();
@@ -93,6 +97,25 @@ export class Plane {
         c.stroke();
       }
     });
+  }
+
+  /**
+   * @param {Axes} axes
+   * @param {number} width
+   * @param {number} height
+   */
+  #drawGround(axes, width, height) {
+    const now = [...axes.span.x, ...axes.span.y, this.canvas.width, this.canvas.height, colour("ink"), typeSize()].join();
+    if (now === this.grounded) return;
+    this.grounded = now;
+    this.ground.width = this.canvas.width;
+    this.ground.height = this.canvas.height;
+    const c = this.ground.getContext("2d");
+    if (!c) return;
+    c.scale(this.canvas.width / width, this.canvas.height / height);
+    axes.draw(c, "twist of bit against collars, rad", "bit speed, rad/s", "bit, rad/s");
+    const orbit = this.orbit;
+    if (orbit) axes.inside(c, () => this.#drawOrbit(c, axes, orbit));
   }
 
   /**

@@ -16,9 +16,29 @@ export function isDark() {
   return !printing && (chosen ? chosen === "dark" : wishes.matches);
 }
 
+/** What has been read of the style sheet: asking a browser for it takes longer than drawing with it. */
+const read = new Map();
+
+/** Read everything anew: colours or sizes may have changed. */
+export function forgetStyle() {
+  read.clear();
+}
+
+/**
+ * @template T
+ * @param {string} key
+ * @param {() => T} find
+ * @returns {T}
+ */
+function once(key, find) {
+  if (!read.has(key)) read.set(key, find());
+  return read.get(key);
+}
+
 /** Show the page in the colours that are wished for. */
 function apply() {
   document.documentElement.dataset.theme = isDark() ? "dark" : "light";
+  forgetStyle();
 }
 
 /** Change between light and dark, and remember it. */
@@ -43,7 +63,7 @@ export function setPrinting(on) {
  * @param {string} name
  */
 export function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  return once(name, () => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
 }
 
 /**
@@ -51,13 +71,15 @@ export function colour(name) {
  * @param {number} size
  */
 export function font(size) {
-  const style = getComputedStyle(document.body);
-  return `${(Number.parseFloat(style.fontSize) * size).toFixed(1)}px ${style.fontFamily}`;
+  return once(`font ${size}`, () => {
+    const style = getComputedStyle(document.body);
+    return `${(Number.parseFloat(style.fontSize) * size).toFixed(1)}px ${style.fontFamily}`;
+  });
 }
 
 /** The size of type of the page, px. */
 export function typeSize() {
-  return Number.parseFloat(getComputedStyle(document.body).fontSize);
+  return once("size", () => Number.parseFloat(getComputedStyle(document.body).fontSize));
 }
 
 /** @param {() => void} listener called when the system's wish changes */
