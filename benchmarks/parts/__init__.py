@@ -5,6 +5,7 @@ from __future__ import annotations
 from benchmarks.parts.batches import BATCHES
 from benchmarks.parts.environments import ENVIRONMENTS
 from benchmarks.parts.part import Part
+from benchmarks.parts.room import ROOM
 from benchmarks.parts.solvers import SOLVERS
 from benchmarks.parts.stability import STABILITY
 from benchmarks.parts.startup import STARTUP
@@ -12,5 +13,5 @@ from benchmarks.parts.training import TRAINING
 
 __all__ = ["PARTS", "Part"]
 
-PARTS: tuple[Part, ...] = (SOLVERS, BATCHES, ENVIRONMENTS, STARTUP, TRAINING, STABILITY)
+PARTS: tuple[Part, ...] = (SOLVERS, BATCHES, ENVIRONMENTS, STARTUP, TRAINING, STABILITY, ROOM)
 """In the page's order."""

@@ -50,6 +50,7 @@ from drillrig_env.evaluation.large import check_large
 from drillrig_env.evaluation.provenance import note_processors
 from drillrig_env.evaluation.report import print_suite
 from drillrig_env.evaluation.results import Results
+from drillrig_env.evaluation.run_again import suite_of
 from drillrig_env.evaluation.store import clear_pictures, read, read_histories, save
 from drillrig_env.evaluation.suites import LARGE, OF_ONE_RIG, PIECE, SUITES, Suite, suite
 from drillrig_env.evaluation.tables import all_estimates
@@ -103,19 +104,24 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             return _report_again(chosen)
         check_writable(chosen.output)
         posterior = None if chosen.calibration is None else Posterior.from_folder(chosen.calibration)
+        kept = None if chosen.run is None else suite_of(chosen.run)
+        if kept is not None and (chosen.rig is not None or chosen.judged_on is not None):
+            raise ValueError("--run brings the rig of its run; give it without --rig and --judged-on")
         contestants, failures, conditions = find_contestants(
             chosen.policies,
             chosen.env or _env_of(chosen.suite),
             chosen.slow,
             _warn,
-            chosen.rig,
+            chosen.rig if kept is None else kept[0].rig,
             chosen.largest_reference,
             None if posterior is None else posterior.friction,
         )
         check_steady(conditions.rig)
         critical_fall(conditions.rig, "--rig")  # without one, no score could be told
         suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
-        if (rigs := VerdictRigs.of(chosen.judged_on, posterior, conditions.rig, chosen.suite)) is not None:
+        if kept is not None:
+            suites = [kept[1]]
+        elif (rigs := VerdictRigs.of(chosen.judged_on, posterior, conditions.rig, chosen.suite)) is not None:
             suites = [rigs.suite(one) for one in suites]
         _print(failures)
         names = [contestant.name for contestant in contestants]
@@ -192,6 +198,7 @@ def _parser(prog: str) -> Parser:
         help="random rigs of a suite that is drawn (default: 1000, 256 rigs with 16 draws each of a fleet)",
     )
     add("--output", type=Path, default=Path("results"), help="folder for the results (default: results)")
+    add("--run", type=Path, metavar="FILE", help="in place of suites: the rig of a run that `drillrig room` has kept")
     kept = parser.add_mutually_exclusive_group()
     kept.add_argument("--resume", action="store_true", help="go on with the results in the output folder")
     kept.add_argument("--overwrite", action="store_true", help="replace whatever results are in the output folder")

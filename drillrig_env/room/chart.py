@@ -1,9 +1,9 @@
 """The map of this very rig and friction: critical speed, fold and end of stick-slip over the normal force; the orbit.
 
-All of it comes from `drillrig_env.stability`. Critical speed, fold and orbit take milliseconds once a rig is known, so
-that they follow a slider. Where stick-slip goes on beyond the fold, at heavy loads, its end must be followed for each
-force, a tenth of a second each: that comes when the slider rests. The rig is the one that a lane has, with the drive
-that its policy sets.
+All of it comes from `drillrig_env.stability`. Critical speed and fold take milliseconds once a rig is known, so that
+they follow a slider; the orbit comes behind them. Where stick-slip goes on beyond the fold, at heavy loads, its end
+must be followed for each force, a tenth of a second each: that comes when the slider rests. The rig is the one that a
+lane has, with the drive that its policy sets.
 """
 
 from __future__ import annotations

@@ -70,7 +70,11 @@ class Charts:
             asked = self._asked
             if asked is None:
                 continue
-            charts = await asyncio.to_thread(quick, asked)
+            maps = await asyncio.to_thread(quick, asked)
+            self._tell(asked, maps)
+            charts = await asyncio.to_thread(with_orbits, asked, maps)
+            if self._wanted.is_set():
+                continue
             self._tell(asked, charts)
             try:
                 await asyncio.wait_for(self._wanted.wait(), _REST)
@@ -86,21 +90,21 @@ class Charts:
 
     def _tell(self, asked: Asked, charts: dict[Rig, dict[str, Any]]) -> None:
         lanes = [
-            {"name": name, "map": charts[rig]["map"].as_dict(), "orbit": charts[rig]["orbit"]}
+            {"name": name, "map": charts[rig]["map"].as_dict(), "orbit": charts[rig].get("orbit")}
             for name, rig in asked.rigs.items()
         ]
         self._outbox.say(protocol.write("charts", lanes=lanes), "charts")
 
 
 def quick(asked: Asked) -> dict[Rig, dict[str, Any]]:
-    """Map and orbit of each rig, in milliseconds."""
-    return {
-        rig: {
-            "map": chart_of(rig, asked.friction, asked.largest_force),
-            "orbit": orbit_of(rig, asked.friction, asked.target),
-        }
-        for rig in set(asked.rigs.values())
-    }
+    """The map of each rig, in milliseconds."""
+    return {rig: {"map": chart_of(rig, asked.friction, asked.largest_force)} for rig in set(asked.rigs.values())}
+
+
+def with_orbits(asked: Asked, charts: dict[Rig, dict[str, Any]]) -> dict[Rig, dict[str, Any]]:
+    """The same with orbits: in some ten milliseconds, or in a second where an orbit must be followed to."""
+    orbits = {rig: orbit_of(rig, asked.friction, asked.target) for rig in charts}
+    return {rig: {**chart, "orbit": orbits[rig]} for rig, chart in charts.items()}
 
 
 def thorough(

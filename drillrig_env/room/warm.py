@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drillrig_env.room.charts import Asked, prepare, quick, thorough
+from drillrig_env.room.charts import Asked, prepare, quick, thorough, with_orbits
 from drillrig_env.room.lanes import Lanes
 from drillrig_env.room.setting import Setting
 from drillrig_env.room.stock import Stock
@@ -16,5 +16,5 @@ def warm_up(stock: Stock, setting: Setting) -> None:
     except ValueError:
         return
     asked = Asked.of(lanes)
-    thorough(asked, quick(asked), lambda: False)
+    thorough(asked, with_orbits(asked, quick(asked)), lambda: False)
     prepare(asked)

@@ -116,3 +116,28 @@ def test_a_run_that_lacks_something_is_refused_by_name(content, missing):
     del content[missing]
     with pytest.raises(ValueError, match=f"the entry '{missing}' is missing"):
         Recorded.of(content)
+
+
+@pytest.mark.slow
+def test_an_evaluation_plays_the_scenario_of_a_run_bit_for_bit(stock, tmp_path):
+    lanes = Lanes(Setting(a="constant", b="z_torque", sensors="surface", seed=9), stock)
+    for step in range(150):
+        if step == 20:
+            lanes.given.set({"normal_force": 22.0})
+        lanes.step()
+    lanes.as_recorded().write(tmp_path / "run.json")
+    words = ["constant", "z_torque", "--env", "DrillRigSurface-v0", "--run", str(tmp_path / "run.json")]
+    assert main([*words, "--no-pictures", "--output", str(tmp_path / "results")]) == 0
+    with (tmp_path / "results" / "results.csv").open() as lines:
+        rows = {row["policy"]: row for row in csv.DictReader(lines)}
+    for lane, policy in zip(lanes.lanes, ("constant", "z_torque"), strict=True):
+        verdict = lane.verdict.now(2.5)
+        assert rows[policy]["ssi"] == f"{verdict.index:.6g}"
+        assert rows[policy]["normal_force"] == "22"
+
+
+def test_a_run_that_cannot_be_evaluated_is_said_in_a_sentence(tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["constant", "--run", str(tmp_path / "none.json"), "--output", str(tmp_path / "results")])
+    assert ended.value.code == 2
+    assert "there is no file" in capsys.readouterr().err

@@ -167,7 +167,7 @@ export class Panel {
   chart(chart) {
     this.map.chart = chart.map;
     this.map.forget();
-    this.plane.show(chart.orbit);
+    if (chart.orbit) this.plane.show(chart.orbit);
     /** @param {number | null} value */
     const speed = (value) => (value === null ? "none" : value.toFixed(2));
     const { note, critical_now: critical, end_now: end } = chart.map;

@@ -35,6 +35,6 @@
  */
 /** @typedef {{forces: number[], critical: (number | null)[], end_forces: number[], end: (number | null)[], followed: boolean, critical_now: number | null, end_now: number | null, note: string}} Chart */
 /** @typedef {{speed: number, calm_twist: number, calm_speed: number, twist: number[], bit_speed: number[], period: number | null}} Orbit */
-/** @typedef {{name: string, map: Chart, orbit: Orbit}} LaneChart */
+/** @typedef {{name: string, map: Chart, orbit: Orbit | null}} LaneChart */
 
 export {};
