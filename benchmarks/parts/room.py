@@ -54,8 +54,8 @@ def tables(results: Results) -> list[str]:
     if slow := found.get("a client that reads nothing"):
         blocks.append(
             f"Beside a client that reads nothing at ten times real time, for {results['seconds']:.0f} s: the server "
-            f"grew by {slow['grown_kilobytes']:,} kB, another client got {slow['other_share_of_due']:.0%} of its control "
-            f"steps, and the slow one, when it read again, was told that steps were left out."
+            f"grew by {slow['grown_kilobytes']:,} kB, another client got {slow['other_share_of_due']:.0%} of its "
+            f"control steps, and the slow one, when it read again, was told that steps were left out."
         )
     load = f"{results['load_before']:.1f} to {results['load_after']:.1f}"
     blocks.append(f"Load of the machine while this was measured: {load}; priority {results['nice']}.")
