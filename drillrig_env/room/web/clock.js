@@ -1,6 +1,7 @@
 // The time that is shown: it runs evenly between frames that come unevenly, a little behind the newest one.
 
-const BEHIND = 1.2;
+const BEHIND = 1.2; // control steps
+const LEAST_BEHIND = 0.1; // s of a real clock, in which a frame that is late still comes in time
 
 /** A clock that follows the run. */
 export class Clock {
@@ -30,7 +31,7 @@ export class Clock {
       this.shown = newest;
       return;
     }
-    const lag = BEHIND * Math.max(period, times / 30);
+    const lag = Math.max(BEHIND * period, LEAST_BEHIND * times);
     const wanted = newest - lag;
     this.shown += passed * times;
     // Where it is off by more than a little, it goes faster or slower until it is not; far off it jumps.
