@@ -28,15 +28,46 @@ nitpick_ignore_regex = [("py:.*", r"(?!drillrig_env|baselines).*")]  # NumPy's, 
 suppress_warnings = ["toc.empty_glob", "config.cache"]
 
 myst_heading_anchors = 4
-python_maximum_signature_line_length = 100
 toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
 html_title = "DrillRig"
 html_show_sourcelink = False
 html_copy_source = False
+html_show_copyright = False
 copybutton_exclude = ".linenos, .gp, .go"
 """The button copies what one types: no prompts and no output."""
+
+ORDER = (
+    "first_episode",
+    "bistability_by_hand",
+    "past_the_fold",
+    "own_controller",
+    "own_friction_law",
+    "own_rig",
+    "fleet",
+    "drift",
+    "ppo_in_two_minutes",
+    "agent_against_lqg",
+    "plan_on_copies",
+    "calibrate_a_twin",
+    "deploy_loop",
+    "offline_data",
+    "figure_for_a_paper",
+)
+"""Examples from the first steps on; others come behind."""
+
+
+class InOrder:
+    """The place of an example in the gallery, as sphinx-gallery asks for it."""
+
+    def __init__(self, _folder: str) -> None: ...
+
+    def __call__(self, filename: str) -> tuple[int, str]:
+        """The place of a file, by name."""
+        name = Path(filename).stem
+        return (ORDER.index(name) if name in ORDER else len(ORDER), name)
+
 
 SMALL = {"ppo_in_two_minutes.py": ["150000"]}
 """Arguments with which examples are run for their page, where they take much longer without."""
@@ -45,7 +76,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "../examples",
     "gallery_dirs": "generated/gallery",
     "filename_pattern": r"\.py$" if find_spec("minari") else r"(?<!offline_data)\.py$",
-    "within_subsection_order": "ExampleTitleSortKey",
+    "within_subsection_order": InOrder,
     "reset_argv": lambda _settings, script: SMALL.get(Path(script["src_file"]).name, []),
     "abort_on_example_error": True,
     "download_all_examples": False,

@@ -1,11 +1,12 @@
 """DrillRig: stick-slip of a drill string, simulated exactly, analysed, and met by controllers and agents.
 
-import drillrig_env
-run = drillrig_env.simulate(speed_reference=2.0, duration=60)       # a rig from rest into stick-slip
-drillrig_env.stability.critical_speed(drillrig_env.Rig(), drillrig_env.Friction(20.0))
+>>> import drillrig_env
+>>> run = drillrig_env.simulate(speed_reference=2.0, duration=60)  # a rig from rest into stick-slip
+>>> round(float(drillrig_env.stability.critical_speed(drillrig_env.Rig(), drillrig_env.Friction(20.0))), 2)
+2.69
 
-import gymnasium as gym
-env = gym.make("DrillRig-v0")
+>>> import gymnasium as gym
+>>> env = gym.make("DrillRig-v0")
 """
 
 from __future__ import annotations

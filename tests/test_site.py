@@ -10,6 +10,7 @@ pytest.importorskip("sphinx", reason="needs the extra docs")
 import baselines
 import drillrig_env
 from docs.site import api, commands, outside, records
+from docs.site.accessible import mend
 from docs.site.check import faults
 from docs.site.check import main as check
 from docs.site.docstrings import as_markdown
@@ -122,3 +123,14 @@ def test_an_argument_that_is_not_named_is_seen():
     assert arguments_of(Law) == ["speed", "load"]
     assert arguments_of(ValueError) == []
     assert fields_said(drillrig_env.Rig).split("\n")[:3] == ["J_1", "J_2", "J_3"]
+
+
+def test_pages_are_mended_for_keyboards_and_screen_readers():
+    thumb = (
+        '<a class="reference internal" href="a.html"><span class="doc">A rig</span></a></p>\n'
+        '  <div class="sphx-glr-thumbnail-title">A rig</div>'
+    )
+    once = mend(f'<pre>x</pre><th class="head"><p></p></th><aside class="toc-drawer">{thumb}')
+    assert once.startswith('<pre tabindex="0">x</pre><td class="head"></td><aside class="toc-drawer" aria-label=')
+    assert 'href="a.html" aria-label="A rig"><span' in once
+    assert mend(once) == once

@@ -8,6 +8,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 from docs.site import api, outside, records
+from docs.site.accessible import mend_pages
 from docs.site.public import modules
 
 _API = f"{outside.GENERATED}/api"
@@ -17,6 +18,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
     """What Sphinx calls."""
     app.connect("config-inited", lambda app, _config: write_pages(Path(app.srcdir)))
     app.connect("source-read", _mend_links)
+    app.connect("build-finished", _mend_pages)
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}
 
 
@@ -38,6 +40,11 @@ def write_pages(source: Path) -> None:
     for path in (source / outside.GENERATED).rglob("*.md"):
         if path not in wanted:
             path.unlink()
+
+
+def _mend_pages(app: Sphinx, error: Exception | None) -> None:
+    if error is None:
+        mend_pages(Path(app.outdir))
 
 
 def _mend_links(app: Sphinx, name: str, content: list[str]) -> None:
