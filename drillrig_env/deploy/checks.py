@@ -8,6 +8,7 @@ from typing import Any
 
 from drillrig_env.deploy.limits import Limits
 
+_SHOWN = 40  # characters of what is no number
 Given = Mapping[str, Any]
 
 
@@ -35,7 +36,7 @@ class Checks:
     def _fault(self, name: str, value: Any, age: float) -> str:
         number = last_number(value)
         if number is None:
-            return "missing" if value is None else f"{value!r} is no finite number"
+            return "missing" if value is None else f"{ascii(value)[:_SHOWN]} is no finite number"
         self._still[name] = self._still.get(name, 0) + 1 if number == self._last.get(name) else 0
         self._last[name] = number
         if not age <= self.limits.stale:
@@ -55,7 +56,7 @@ def last_number(value: Any) -> float | None:
     try:
         samples = list(value) if hasattr(value, "__len__") and not isinstance(value, str) else [value]
         numbers = [float(one) for one in samples if not isinstance(one, bool | str)]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
     sound = len(numbers) == len(samples) > 0 and all(map(isfinite, numbers))
     return numbers[-1] if sound else None

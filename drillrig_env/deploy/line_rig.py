@@ -44,7 +44,7 @@ class LineRig:
             said = Greeting.of(self.greeting)
             self.speed, self.waits, self._now, self.period = said.speed, said.waits, said.time, said.period
             self.channels: dict[str, str] = said.channels
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             self._socket.close()
             raise ConnectionError(f"{address} is no rig of this protocol: {error}") from error
         except BaseException:
@@ -144,7 +144,7 @@ class LineRig:
             try:
                 for line in self._lines.take(content):
                     self._read(decode(line))
-            except (TypeError, KeyError, ValueError) as error:
+            except (TypeError, KeyError, ValueError, OverflowError) as error:
                 raise ConnectionError(f"{self.address} is no rig of this protocol: {error}") from error
 
     def _read(self, message: dict[str, Any]) -> None:

@@ -56,7 +56,7 @@ class OpcUaRig:
             said = Greeting.of(self.greeting)
             self.speed, self.period = said.speed, said.period
             self.channels: dict[str, str] = said.channels
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             self._leave()
             raise ConnectionError(f"{address} is no rig of this kind: {error}") from error
         except BaseException:

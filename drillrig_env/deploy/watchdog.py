@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 
+from drillrig_env.deploy.checks import last_number
 from drillrig_env.deploy.events import Events
 from drillrig_env.parameters import COUNT, NOT_NEGATIVE, POSITIVE, checked
 
@@ -61,13 +62,13 @@ class Watchdog:
     def command(self, reference: float, time: float) -> bool:
         """Take a command; whether it is taken. `reference` is in rad/s, `time` is when it came, s."""
         self._look(time)
-        is_number = isinstance(reference, float | int) and not isinstance(reference, bool)
-        number = reference if is_number else float("nan")
+        found = last_number(reference) if isinstance(reference, float | int) else None
+        number = float("nan") if found is None else found
         if self.tripped:
             return False
         if not (isfinite(number) and 0.0 <= number <= self.highest):
             if not self._refuses:  # the first of several
-                reason = f"command {str(reference)[:_SHOWN]}; allowed: 0 to {self.highest:g} rad/s"
+                reason = f"command {ascii(reference)[:_SHOWN]}; allowed: 0 to {self.highest:g} rad/s"
                 self.events.add(time, "armed", "refused", reason)
             self._refuses = True
             return False

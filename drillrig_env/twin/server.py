@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from drillrig_env.deploy.checks import last_number
 from drillrig_env.deploy.line import LONGEST, VERSION, BadLine, decode, encode
 from drillrig_env.twin.greeting import greeting
 from drillrig_env.twin.pace import Pace
@@ -68,7 +69,8 @@ class LineServer:
         if "hello" not in hello or hello.get("version") != VERSION:
             raise BadLine(f'no hello of version {VERSION}; begin with {{"hello": "my name", "version": {VERSION}}}')
         token = hello.get("token", "")
-        if not (isinstance(token, str) and hmac.compare_digest(token.encode(), self._token.encode())):
+        known = isinstance(token, str) and hmac.compare_digest(token.encode("utf-8", "replace"), self._token.encode())
+        if not known:
             raise BadLine("the token is not this rig's")
         self._tell(writer, greeting(self.pace))
         self._clients[writer] = True
@@ -93,7 +95,7 @@ class LineServer:
 
     async def _until(self, writer: asyncio.StreamWriter, message: Mapping[str, Any]) -> None:
         until = message["until"]
-        if not isinstance(until, int | float):
+        if last_number(until) is None:
             raise BadLine(f"until = {until!r} is not allowed; allowed: a time in s")
         now = await self.pace.ask(float(until), message.get("first") is True)
         self._tell(writer, {"now": now})

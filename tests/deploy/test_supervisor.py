@@ -49,6 +49,12 @@ FAULTS = {
     "missing": ({"current": "absent"}, None, "current missing"),
     "none": ({"current": None}, None, "current missing"),
     "nan": ({"top_speed": math.nan}, None, "top_speed nan is no finite number"),
+    "no character": (
+        {"top_speed": "\ud800" * 99},
+        None,
+        r"top_speed '\ud800\ud800\ud800\ud800\ud800\ud800\ud is no finite",
+    ),
+    "huge": ({"top_speed": 10**400}, None, "is no finite number"),
     "text": ({"top_speed": "3.1"}, None, "top_speed '3.1' is no finite number"),
     "stale": ({}, {"voltage": 0.4}, "voltage stale: 0.4 s old, over 0.25 s"),
     "age unknown": ({}, {"voltage": math.nan}, "voltage stale"),

@@ -63,7 +63,7 @@ def test_of_a_row_of_impossible_commands_the_first_is_told():
     assert [event.kind for event in dog.events.kept] == ["armed", "refused", "refused"]
 
 
-@pytest.mark.parametrize("command", [math.nan, math.inf, -0.1, 10.1, None, "3"])
+@pytest.mark.parametrize("command", [math.nan, math.inf, -0.1, 10.1, None, "3", True, 10**400, "\ud800"])
 def test_impossible_commands_are_none(command):
     dog = Watchdog(period=0.1, fallback_speed=1.0, highest=10.0)
     dog.arm(2.0, 0.0)

@@ -178,7 +178,15 @@ def test_another_rig_or_drive_is_told_of_before_anything_turns(capsys):
 
 
 @pytest.mark.parametrize(
-    "said", [b"HTTP/1.1 400 Bad Request\r\n", b'{"rig": 1}\n', b"x" * 100_000, b"", b'{"refused": "no"}\n']
+    "said",
+    [
+        b"HTTP/1.1 400 Bad Request\r\n",
+        b'{"rig": 1}\n',
+        b'{"rig": 1, "time": 1' + b"0" * 400 + b"}\n",
+        b"x" * 100_000,
+        b"",
+        b'{"refused": "no"}\n',
+    ],
 )
 def test_what_is_no_rig_is_named(said):
     with socket.create_server(("127.0.0.1", 0)) as server:

@@ -67,13 +67,15 @@ def test_a_client_is_greeted_and_told_what_the_rig_measures(served):
         ([{"arm": True}], "no hello of version 1"),
         ([{**HELLO, "version": 2}], "no hello of version 1"),
         ([{**HELLO, "token": "wrong"}], "the token is not this rig's"),
+        ([b'{"hello": "me", "version": 1, "token": "\\ud800"}\n'], "the token is not this rig's"),
         ([{**HELLO, "token": 5}], "the token is not this rig's"),
         ([HELLO, {"stop": 1}], "stop is not known; allowed: arm, command, release, until"),
         ([HELLO, {}], "nothing is not known"),
         ([HELLO, {"command": 2.0}], "command without the rig"),
         ([HELLO, {"until": "tomorrow"}], "until = 'tomorrow' is not allowed"),
+        ([HELLO, b'{"until": 1' + b"0" * 400 + b"}\n"], "until = 1000"),
         ([HELLO, {"until": 1e9}], "until = 1000000000.0 s is not allowed"),
-        ([HELLO, b'{"until": NaN}\n'], "until = nan s is not allowed"),
+        ([HELLO, b'{"until": NaN}\n'], "until = nan is not allowed"),
     ],
 )
 def test_what_is_no_line_of_the_protocol_is_refused_and_ends_the_connection(served, said, told):
