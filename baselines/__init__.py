@@ -49,7 +49,12 @@ __all__ = [
 
 
 def make(name: str, **kwargs: Any) -> Baseline:
-    """A baseline by name; `kwargs` as for its class. `ValueError` for an unknown name."""
+    """A baseline by name; `kwargs` as for its class. `ValueError` for an unknown name.
+
+    >>> from baselines import make
+    >>> make("lqg", delay=3).delay
+    3
+    """
     if name not in BASELINES:
         raise ValueError(f"baseline {name!r} is not known; {closest(name, BASELINES)}")
     return BASELINES[name](**kwargs)

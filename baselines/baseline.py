@@ -43,6 +43,19 @@ class Baseline(AtHome):
     its members, all others go by the nominal rig. `friction` is what is known of the nominal rig's, at any force: its
     coefficients and its law; None is the chapter's in the scales of the rig. Sensors that do not show what a policy
     reads are refused with a `ValueError`.
+
+    >>> from baselines import Baseline
+    >>> class Patient(Baseline):
+    ...     channels = ("speed_reference", "speed_target")
+    ...
+    ...     def desired_reference(self, seen, privileged, memory):
+    ...         return 0.9 * seen["speed_reference"] + 0.1 * seen["speed_target"]
+    ...
+    >>> env = Patient().make_env()
+    >>> observation, info = env.reset(seed=0)
+    >>> action, memory = Patient().predict(observation)
+    >>> action.shape
+    (1,)
     """
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")

@@ -33,7 +33,13 @@ from drillrig_env.rig import Rig
 
 @dataclass(frozen=True)
 class Drive:
-    """A setting of the drive's speed loop, in place of the rig's own. Raises `ValueError` for one not allowed."""
+    """A setting of the drive's speed loop, in place of the rig's own. Raises `ValueError` for one not allowed.
+
+    >>> from drillrig_env import Drive, simulate
+    >>> stiff, soft = (simulate(speed_reference=2.0, drive=drive) for drive in (None, Drive(0.041, 0.0073, 1.0)))
+    >>> bool(stiff.bit_speed[-300:].min() < 0.1 < soft.bit_speed[-300:].min())  # in stick-slip, and out of it
+    True
+    """
 
     k_p: float = parameter(unit="V s/rad", meaning="proportional gain of the speed loop", allowed=NOT_NEGATIVE)
     k_i: float = parameter(unit="V/rad", meaning="integral gain of the speed loop", allowed=POSITIVE)

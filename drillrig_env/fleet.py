@@ -88,6 +88,11 @@ class Fleet:
 
     Either `rigs` are given one by one, or `count` of them are drawn around a rig: see `around`. Raises `ValueError`
     for a value that is not allowed.
+
+    >>> from drillrig_env import Fleet
+    >>> fleet = Fleet.around(spread={"string": 2.0, "motor": 1.1}, count=8, seed=0)
+    >>> len(fleet.members().rigs)
+    8
     """
 
     rigs: tuple[Rig, ...] = parameter((), meaning="rigs given one by one", allowed=Made(_read_rigs, "a list of rigs"))

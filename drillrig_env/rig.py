@@ -31,6 +31,10 @@ class Rig:
 
     All fields are plain numbers in SI units; `print(Rig().describe())` lists them with unit, meaning
     and source. The default is the chapter's rig. A value that is not allowed raises `ValueError`.
+
+    >>> from drillrig_env import Rig
+    >>> Rig(J_1=0.05).J_1, Rig().J_1  # kg m^2
+    (0.05, 0.0288)
     """
 
     J_1: float = parameter(0.0288, "kg m^2", "inertia of disc 1, the bit", _TABLE, POSITIVE)

@@ -41,6 +41,11 @@ class Simulation:
 
     The states are also there by name: `bit_speed`, `collar_speed`, `top_speed` (rad/s), `twist_12`,
     `twist_23`, `speed_error_integral` (rad), `current` (A).
+
+    >>> from drillrig_env import simulate
+    >>> run = simulate(speed_reference=2.0, duration=30.0)
+    >>> run.state.shape, run.bit_speed.shape
+    ((3001, 7), (3001,))
     """
 
     rig: Rig

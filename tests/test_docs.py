@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import baselines
 import drillrig_env
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +31,11 @@ BLOCKS = [
     if page.name != "datasets.md"  # whose examples need a data set: tests/clients/test_dataset.py
     for i, block in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL))
 ]
-MODULES = sorted(module.name for module in pkgutil.walk_packages(drillrig_env.__path__, "drillrig_env."))
+MODULES = sorted(
+    module.name
+    for package in (drillrig_env, baselines)
+    for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+)
 
 
 @pytest.mark.parametrize("block", BLOCKS)
@@ -42,7 +47,7 @@ def test_example_runs(block, tmp_path, monkeypatch):
     exec(compile(quick, "example", "exec"), {})
 
 
-@pytest.mark.parametrize("module", ["drillrig_env", *MODULES])
+@pytest.mark.parametrize("module", ["drillrig_env", "baselines", *MODULES])
 def test_docstring_examples(module):
     assert doctest.testmod(importlib.import_module(module)).failed == 0
 

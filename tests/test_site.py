@@ -113,6 +113,11 @@ def test_every_public_argument_is_named():
     assert silent == []
 
 
+def test_what_one_meets_first_has_an_example():
+    met = [getattr(drillrig_env, name) for name in drillrig_env.__all__]
+    assert [one.__name__ for one in met if callable(one) and ">>> " not in (inspect.getdoc(one) or "")] == []
+
+
 def test_an_argument_that_is_not_named_is_seen():
     class Law:
         """A law of `speed`."""

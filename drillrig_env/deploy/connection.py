@@ -57,6 +57,8 @@ class Connection(Hardware, Protocol):
 def connect(address: str, token: str = "") -> Connection:
     """Connect to a rig, by the line protocol or OPC UA.
 
+    `token` is the rig's, where it has one.
+
     `ValueError` for an address that is none, `ConnectionError` where no rig answers there or it refuses, `ImportError`
     without asyncua.
     """

@@ -23,7 +23,12 @@ _RATE, _REFERENCE = "speed_reference_rate", "next_speed_reference"
 
 
 def shipped_policies() -> list[str]:
-    """The names of the policies that come with the package as files."""
+    """The names of the policies that come with the package as files.
+
+    >>> from drillrig_env.deploy import shipped_policies
+    >>> "lqg" in shipped_policies()
+    True
+    """
     return sorted(path.stem for path in SHIPPED.glob("*.onnx"))
 
 
@@ -41,6 +46,10 @@ class PolicyFile:
     `policy` is the name of a shipped one or a path. `about` holds what the file says: channels, control period, slew
     limit, drive, rig, training and so on (docs/hardware.md). Values may be of any kind of number. Raises `ValueError`
     for a file that is damaged or not such a policy, and `ImportError` without onnxruntime.
+
+    >>> from drillrig_env.deploy import PolicyFile
+    >>> PolicyFile("z_torque").inputs[:2]
+    ('top_speed', 'current')
     """
 
     def __init__(self, policy: str | Path) -> None:

@@ -27,7 +27,14 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
 
 
 def register_envs() -> None:
-    """Register the environments with Gymnasium; calling it again changes nothing."""
+    """Register the environments with Gymnasium; calling it again changes nothing.
+
+    >>> import gymnasium as gym
+    >>> from drillrig_env import register_envs
+    >>> register_envs()
+    >>> "DrillRig-v0" in gym.registry
+    True
+    """
     for name, kwargs in ENVIRONMENTS.items():
         if name not in gym.registry:
             gym.register(

@@ -45,7 +45,14 @@ _FORM = Choice(("sum", "phases"))
 
 @dataclass(frozen=True)
 class Reward:
-    """Weights and shape of the reward. Raises `ValueError` for a value that is not allowed."""
+    """Weights and shape of the reward. Raises `ValueError` for a value that is not allowed.
+
+    >>> import gymnasium as gym
+    >>> from drillrig_env import Reward
+    >>> env = gym.make("DrillRig-v0", reward=Reward(tracking=2.0))
+    >>> env.unwrapped.reward.tracking
+    2.0
+    """
 
     variance: float = parameter(1.0, meaning="weight w_V of the variance", allowed=_WEIGHT)
     tracking: float = parameter(1.0, meaning="weight w_m of the error of the mean", allowed=_WEIGHT)

@@ -51,6 +51,14 @@ class RewardTerms:
 
     Raises `ValueError` for names that are taken, a function that cannot be compiled, an argument that nothing is known
     of, and for another number of terms than names.
+
+    >>> import gymnasium as gym
+    >>> from drillrig_env import Reward, RewardTerms
+    >>> wear = RewardTerms("wear", lambda string_torque_highest: -0.1 * string_torque_highest**2)
+    >>> env = gym.make("DrillRig-v0", reward=Reward(own=wear))
+    >>> _ = env.reset(seed=0)
+    >>> "reward_wear" in env.step(env.action_space.sample())[-1]
+    True
     """
 
     names: tuple[str, ...]

@@ -42,6 +42,13 @@ class Scenario:
     within 1 +- `spread`, and mu_s >= 1.05 mu_k is kept. A load step sets N_1 to a new draw at a uniform time, a target
     step the target. What a `course` gives holds in place of what would be drawn: from a control step to the next what
     it gives for the first one's begin. Raises `ValueError` for an empty or impossible range or share.
+
+    >>> import gymnasium as gym
+    >>> from drillrig_env import Scenario
+    >>> env = gym.make("DrillRig-v0", scenario=Scenario(normal_force=(20.0, 21.0), load_step=0.0))
+    >>> observation, info = env.reset(seed=0)
+    >>> bool(20.0 <= info["normal_force"] <= 21.0)
+    True
     """
 
     speed_target: tuple[float, float] = parameter((1.0, 5.0), "rad/s", "the target, drawn", allowed=Span(POSITIVE))

@@ -119,6 +119,12 @@ class Sensors:
     """A set of channels by name, the layout of an observation, and how good it is by default.
 
     `noise` multiplies the channels' standard noise, `delay` is in control steps.
+
+    >>> import gymnasium as gym
+    >>> env = gym.make("DrillRigSurface-v0")
+    >>> observation, info = env.reset(seed=0)
+    >>> sorted(env.unwrapped.sensors.values(observation))[:2]
+    ['current', 'speed_reference']
     """
 
     name: str

@@ -74,6 +74,10 @@ class Task:
     Fields may be given in any way that the table of the environment names (a preset, a dictionary, a path) and are
     kept as records. What is not given is the rig's own: see `for_rig`. Raises `ValueError` for a value that is not
     allowed.
+
+    >>> from drillrig_env import Rig, Task
+    >>> Task().duration, round(Task.for_rig(Rig(J_1=0.0576)).control_period, 3)  # s
+    (60.0, 0.132)
     """
 
     rig: Rig = parameter(

@@ -17,6 +17,13 @@ class Wandering:
 
     They are Ornstein-Uhlenbeck processes, exact from control step to control step, and stationary from the start of an
     episode on: Uhlenbeck & Ornstein (1930). Raises `ValueError` for a value that is not allowed.
+
+    >>> import gymnasium as gym
+    >>> from drillrig_env import Scenario, Wandering
+    >>> env = gym.make("DrillRig-v0", scenario=Scenario(wandering=Wandering(0.2, 20.0)))
+    >>> first = env.reset(seed=0)[1]["mu_k"]
+    >>> bool(env.step(env.action_space.sample())[-1]["mu_k"] != first)
+    True
     """
 
     deviation: float = parameter(

@@ -71,6 +71,10 @@ class Friction:
 
     The default is the chapter's: table 4.1 at N_1 = 10 N. Raises `ValueError` for a value that is
     not allowed, for mu_s < mu_k, and for arrays whose shapes do not go together.
+
+    >>> from drillrig_env import Friction, Rig
+    >>> round(float(Friction(normal_force=20.0).torque(Rig(), 2.0)), 4)  # N m
+    0.3223
     """
 
     normal_force: Quantity = parameter(10.0, "N", "normal force N_1 of the pin", "figures 4.8 to 4.13", _LEAST_ZERO)

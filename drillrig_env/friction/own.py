@@ -55,6 +55,20 @@ class Law:
 
     Raises `ValueError` for a function that cannot be compiled, a coefficient that is negative or not finite, and for a
     slope or curvature that differs from what differences give.
+
+    >>> from drillrig_env import Friction, Law, Rig
+    >>> def coefficient(speed, mu_s, mu_k, v_b):
+    ...     return mu_k + (mu_s - mu_k) / (1.0 + v_b * speed)
+    ...
+    >>> def slope(speed, mu_s, mu_k, v_b):
+    ...     return -(mu_s - mu_k) * v_b / (1.0 + v_b * speed) ** 2
+    ...
+    >>> def curvature(speed, mu_s, mu_k, v_b):
+    ...     return 2.0 * (mu_s - mu_k) * v_b**2 / (1.0 + v_b * speed) ** 3
+    ...
+    >>> law = Law("hyperbola", coefficient, slope, curvature)
+    >>> round(float(Friction(20.0, law=law).torque(Rig(), 2.0)), 4)  # N m
+    0.3595
     """
 
     name: str

@@ -29,6 +29,11 @@ class Tilt:
 
     Of several numbers m each episode of an environment draws one, and the angle at which it begins. Raises
     `ValueError` for a value that is not allowed.
+
+    >>> from drillrig_env import Tilt, simulate
+    >>> run = simulate(speed_reference=3.0, duration=10.0, tilt=Tilt(0.1, 2))
+    >>> bool(run.normal_force.max() > 10.9)  # N, and 10 N in the mean
+    True
     """
 
     share: float = parameter(0.1, "", "a: how far the force varies, as a share of it", allowed=SHARE)

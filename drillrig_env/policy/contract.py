@@ -55,6 +55,10 @@ def channels_of(policy: Any) -> tuple[str, ...] | None:
     """The channels that a policy (or a class of policies) must be shown, by name; None where it takes what it is shown.
 
     `sensors` may be a sequence of names, or a record that has them as `names`.
+
+    >>> from drillrig_env.policy import channels_of, load
+    >>> channels_of(load("constant"))[:2]
+    ('twist_12', 'twist_23')
     """
     sensors = getattr(policy, "sensors", None)
     names = getattr(sensors, "names", sensors)

@@ -77,7 +77,12 @@ def installed_names() -> list[str]:
 
 
 def policy_names() -> list[str]:
-    """The names of all policies that are installed, and of the trained agents where the clone is at hand."""
+    """The names of all policies that are installed, and of the trained agents where the clone is at hand.
+
+    >>> from drillrig_env.policy import policy_names
+    >>> "lqg" in policy_names()
+    True
+    """
     return [*_installed(), *(_agents().agent_names() if _AGENTS.is_file() else ())]
 
 

@@ -110,6 +110,11 @@ def bifurcation_diagram(
     `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them.
 
     Raises `ValueError` for fewer than 2 points or an impossible range.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> diagram = stability.bifurcation_diagram(Rig(), Friction(10.0), points=20)
+    >>> {name: round(float(speed), 3) for name, speed in diagram.special.items()}  # rad/s
+    {'H1': 0.001, 'H2': 1.995, 'fold': 2.901}
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     if points < 2:
@@ -225,6 +230,12 @@ def hopf_and_fold_curves(rig: RigLike, friction: FrictionLike, normal_forces: Fl
 
     `rig` and `friction`, of which the coefficients count, are given as `Rig.of` and `Friction.of` take them;
     `normal_forces` (N) have the shape (n,), and so has each curve.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> curves = stability.hopf_and_fold_curves(Rig(), Friction(), np.array([10.0, 20.0]))
+    >>> sorted(curves)
+    ['critical_speed', 'end_of_stick_slip', 'fold_speed', 'normal_force']
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     frictions = replace(friction, normal_force=np.asarray(normal_forces, dtype=float))

@@ -71,6 +71,10 @@ def end_of_stick_slip(rig: RigLike, friction: FrictionLike) -> EndOfStickSlip:
     Raises `ValueError` for a rig of which steady rotation is never stable under friction that falls, and for a load so
     heavy that stick-slip is not found or cannot be followed; `FloatingPointError` for a rig of which no slipping orbit
     is found.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> round(float(stability.end_of_stick_slip(Rig(), Friction(10.0)).speed), 2)  # rad/s
+    2.9
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     _check_load(rig, friction)

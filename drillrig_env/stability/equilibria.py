@@ -77,6 +77,11 @@ def equilibria(rig: RigLike, friction: FrictionLike, speeds: FloatArray) -> npt.
     `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them; `speeds` have the shape (n,).
 
     e1 is where it is unstable, e2 where it is stable.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> stability.equilibria(Rig(), Friction(20.0), np.array([2.0, 3.0]))["branch"].tolist()
+    ['e1', 'e2']
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     points = np.zeros(len(speeds), dtype=EQUILIBRIUM)
@@ -98,6 +103,10 @@ def hopf_points(rig: RigLike, friction: FrictionLike) -> list[HopfPoint]:
 
     H1 is the kink at omega_s, where it is a border; H2, H3, ... are the borders above it, the kink of a linear fall
     among them.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> [(point.label, round(point.speed_reference, 3)) for point in stability.hopf_points(Rig(), Friction(20.0))]
+    [('H1', 0.001), ('H2', 2.688)]
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     ends = stable_speeds(rig, friction).ravel()

@@ -37,6 +37,10 @@ def fold_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     It is exact to 1e-7 rad/s; the true turning point lies about 1e-6 rad/s above it. Under another law than the
     exponential one it is where the followed stick-slip orbit turns back, at grazing or before; `ValueError` where it
     only loses its stability.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> round(float(stability.fold_speed(Rig(), Friction(20.0))), 2)  # rad/s
+    4.79
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     if friction.law != "exponential":
@@ -102,6 +106,10 @@ def basin_depth(rig: RigLike, friction: FrictionLike, speed_reference: Quantity)
 
     The swing of the unstable orbit p2, which parts calm rotation from stick-slip: 0 at the critical
     speed and below. Shapes broadcast.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> round(float(stability.basin_depth(Rig(), Friction(20.0), 3.5)), 1)  # rad/s
+    2.7
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     load = load_of(rig, friction)

@@ -51,6 +51,10 @@ def hurwitz_minors(rig: Rig, slope: float) -> FloatArray:
     """The leading principal minors Delta_1 to Delta_7 of (4-23) at a friction slope; shape (7,).
 
     `rig` is one rig; `slope` is in N m s/rad.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> bool((stability.hurwitz_minors(Rig(), slope=-0.02) > 0.0).all())  # friction falls too fast
+    False
     """
     matrix = hurwitz_matrix(characteristic_polynomial(rig, slope))
     return np.array([np.linalg.det(matrix[:i, :i]) for i in range(1, len(matrix) + 1)])
@@ -80,6 +84,11 @@ def eigenvalues(rig: RigLike, friction: FrictionLike, speed: float) -> np.ndarra
     """The 7 eigenvalues (1/s) of the Jacobian (4-19) at steady rotation with `speed` (rad/s), by real part.
 
     `rig` and `friction` are given as `Rig.of` and `Friction.of` take them.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> values = stability.eigenvalues(Rig(), Friction(20.0), 2.0)
+    >>> bool(values[0].real > 0.0)  # below the critical speed
+    True
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     values = np.linalg.eigvals(jacobian(rig, float(friction.slope(rig, speed))))

@@ -42,6 +42,11 @@ def stick_slip_orbit(
 
     Raises `NoOrbitError` where the rig does not stick and slip, `ValueError` for a speed reference
     that is not positive.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> orbit = stability.stick_slip_orbit(Rig(), Friction(10.0), speed_reference=2.0)
+    >>> round(orbit.period, 2), orbit.stable  # s
+    (2.35, True)
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)
@@ -60,6 +65,11 @@ def slipping_orbit(rig: RigLike, friction: FrictionLike, speed_reference: float)
 
     Raises `NoOrbitError` outside that range, which the message states, and `ValueError` for another law than the
     exponential one.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> orbit = stability.slipping_orbit(Rig(), Friction(10.0), speed_reference=2.4)
+    >>> orbit.stuck, orbit.stable
+    (0.0, False)
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     _check_speed(speed_reference)

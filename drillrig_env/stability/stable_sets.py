@@ -51,6 +51,10 @@ def stable_speeds(rig: RigLike, friction: FrictionLike) -> FloatArray:
     law that falls most steeply further up, low speeds above omega_s may be stable too. No row: never. The upper end is
     infinite where every speed above is stable. For a batch of frictions the shape is (rigs, n, 2), with rows of NaN
     behind the intervals of those that have fewer than others.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> stability.stable_speeds(Rig(), Friction(20.0)).round(3).tolist()  # rad/s
+    [[0.0, 0.001], [2.688, inf]]
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     each = [_stable_speeds(rig, one) for one in friction.each()]
@@ -77,6 +81,10 @@ def critical_slope(rig: RigLike) -> float:
     -0.0128 for the chapter's rig (4-25); infinite where no slope is stable. A slope of friction that rises with speed
     may be too steep all the same: see `stable_slopes`. Raises `ValueError` where there is no such number: where slopes
     that are stable lie below others, of falling friction, that are not.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> round(float(stability.critical_slope(Rig())), 4)  # N m s/rad
+    -0.0128
     """
     rig = Rig.of(rig)
     intervals = stable_slopes(rig)
@@ -111,6 +119,10 @@ def critical_speed(rig: RigLike, friction: FrictionLike) -> Quantity:
     that every speed is stable; infinite where no speed is. One entry a rig for a batch of frictions. Raises
     `ValueError` for a friction with which there is no such speed: where it is stable at lower speeds too (see
     `stable_speeds`).
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> round(float(stability.critical_speed(Rig(), Friction(20.0))), 3)  # rad/s
+    2.688
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     at_rest = np.asarray(steepest_fall(rig, friction))
@@ -136,6 +148,10 @@ def is_stable(rig: RigLike, friction: FrictionLike, speed: float) -> bool:
     """Whether steady rotation at `speed` (rad/s) is locally stable; the Hurwitz minors are all positive then.
 
     `rig` and `friction`, a single one, are given as `Rig.of` and `Friction.of` take them.
+
+    >>> from drillrig_env import Friction, Rig, stability
+    >>> [stability.is_stable(Rig(), Friction(20.0), speed) for speed in (2.0, 3.0)]
+    [False, True]
     """
     rig, friction = Rig.of(rig), Friction.of(friction)
     return is_bearable(rig, float(friction.slope(rig, speed)))
