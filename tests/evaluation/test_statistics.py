@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from drillrig_env.evaluation import statistics
 from drillrig_env.evaluation.statistics import difference, interquartile_mean, mean, median, over_seeds, rate
 
 
@@ -93,3 +94,23 @@ def test_median_and_mean_differ_on_a_skewed_sample():
     assert middle.low <= 1.0 <= middle.high <= 2.0
     assert 3.0 < average.low < 6.2 < average.high < 10.0
     assert (middle.count, average.count) == (100, 100)
+
+
+def test_many_values_have_the_intervals_that_the_bootstrap_comes_to(monkeypatch):
+    values = np.random.default_rng(3).exponential(size=4000)
+    for statistic in (mean, median):
+        drawn = statistic(values)
+        with monkeypatch.context() as patch:
+            patch.setattr(statistics, "_MANY", 3999)
+            reckoned = statistic(values)
+        assert reckoned != drawn
+        assert (reckoned.value, reckoned.count) == (pytest.approx(drawn.value), 4000)
+        width = drawn.high - drawn.low
+        assert reckoned.low == pytest.approx(drawn.low, abs=0.1 * width)
+        assert reckoned.high == pytest.approx(drawn.high, abs=0.1 * width)
+
+
+def test_many_values_that_are_not_finite_have_no_interval(monkeypatch):
+    monkeypatch.setattr(statistics, "_MANY", 2)
+    found = mean(np.array([1.0, np.inf, 2.0]))
+    assert (found.value, found.low, found.high) == (np.inf, np.inf, np.inf)

@@ -37,6 +37,7 @@ ROOMS = {
     "stepper": Room(("drillrig_env/stepper",), ("tests/stepper",)),
     "env": Room(("drillrig_env/env",), ("tests/env",)),
     "stability": Room(("drillrig_env/stability",), ("tests/stability",)),
+    "engine": Room(("drillrig_env/engine",), ("tests/engine",)),
     "evaluation": Room(("drillrig_env/evaluation",), ("tests/evaluation",)),
     "baselines": Room(("baselines",), ("tests/baselines",)),
     "calibrate": Room(("drillrig_env/calibrate",), ("tests/calibrate",)),
@@ -48,6 +49,8 @@ _LEFT_ALONE = (
     "drillrig_env/calibrate/page.py",
     "drillrig_env/calibrate/pictures",
     "drillrig_env/calibrate/report.py",
+    "drillrig_env/engine/on_ray.py",
+    "drillrig_env/engine/tune_on_ray.py",
     "drillrig_env/env/charts.py",
     "drillrig_env/env/rendering.py",
     "drillrig_env/evaluation/findings.py",
@@ -55,7 +58,7 @@ _LEFT_ALONE = (
     "drillrig_env/evaluation/provenance.py",
     "drillrig_env/evaluation/report.py",
 )
-"""Pictures and pages: they are looked at."""
+"""Pictures and pages: they are looked at; and what only slow tests judge."""
 
 _NO_JUDGES = ("test_page.py", "test_pictures.py", "test_rendering.py", "test_charts.py")
 """Tests of what is left alone; they say nothing of the rest of their room, and take long."""
