@@ -64,8 +64,8 @@ def measure(sizes: Sequence[int], workers: Sequence[int]) -> Iterator[tuple[int,
             evaluate(["constant"], rigs=number * 1000, engine=engine)
             yield number, {"piece_s": empty_piece(engine)}
             for rigs in sizes:
-                yield number, {f"{rigs}": evaluated(engine, rigs)}
-            yield number, {"memory_B": max(engine.map(peak, range(2 * number)))}
+                figures = evaluated(engine, rigs)
+                yield number, {f"{rigs}": {**figures, "memory_B": max(engine.map(peak, range(2 * number)))}}
 
 
 def tabulate(results: dict[int, dict[str, Any]]) -> None:
@@ -76,18 +76,20 @@ def tabulate(results: dict[int, dict[str, Any]]) -> None:
         cells = [f"{int(size):,}"]
         for found in results.values():
             seconds = found[size]["seconds"] if size in found else None
-            cells += ["-", "-"] if seconds is None else [f"{seconds:.1f}", f"{int(size) / seconds:,.0f}"]
+            if seconds is None:
+                cells += ["-", "-", "-"]
+            else:
+                cells += [f"{seconds:.1f}", f"{int(size) / seconds:,.0f}", f"{found[size]['memory_B'] / 1e6:.0f}"]
         rows.append(cells)
-    headings = [text for number in results for text in (f"{number} workers, s", "rigs/s")]
+    headings = [text for number in results for text in (f"{number} workers, s", "rigs/s", "MB each")]
     print_table(["rigs", *headings], rows)
     print()
-    names = {"start_s": "start of Ray, s", "piece_s": "a piece without work, s", "memory_B": "memory of a worker, MB"}
-    scale = {"start_s": 1.0, "piece_s": 1.0, "memory_B": 1e-6}
+    names = {"start_s": ("start of Ray, s", 1.0), "piece_s": ("a piece without work, ms", 1e3)}
     print_table(
         ["", *(f"{number} workers" for number in results)],
         [
-            [title, *(f"{found[name] * scale[name]:.3g}" if name in found else "-" for found in results.values())]
-            for name, title in names.items()
+            [title, *(f"{found[name] * scale:.3g}" if name in found else "-" for found in results.values())]
+            for name, (title, scale) in names.items()
         ],
     )
     alone = results.get(1, {})

@@ -12,11 +12,11 @@ def test_an_evaluation_is_timed_with_what_it_leaves_on_disk():
 
 
 def test_tables_show_what_was_measured(capsys):
-    size = {"rigs": 10_000, "seconds": 20.0, "bytes_a_rig": 170.0}
-    tabulate({1: {"start_s": 6.0, "piece_s": 1e-3, "10000": size, "memory_B": 4e8}, 2: {"start_s": 7.0}})
+    size = {"rigs": 10_000, "seconds": 20.0, "bytes_a_rig": 170.0, "memory_B": 4e8}
+    tabulate({1: {"start_s": 6.0, "piece_s": 1e-3, "10000": size}, 2: {"start_s": 7.0}})
     said = capsys.readouterr().out
-    assert "| 10,000 | 20.0 | 500 | - | - |" in said
-    assert "| memory of a worker, MB | 400 | - |" in said
+    assert "| 10,000 | 20.0 | 500 | 400 | - | - | - |" in said
+    assert "| a piece without work, ms | 1 | - |" in said
 
 
 def test_larger_clusters_are_bound_by_their_work_or_by_the_head():
