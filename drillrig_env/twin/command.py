@@ -16,13 +16,14 @@ from __future__ import annotations
 import asyncio
 import os
 import selectors
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import signal
+from collections.abc import Coroutine, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, Allowed, File, Made
-from drillrig_env.command_line import Failed, Parser, command
+from drillrig_env.command_line import Failed, Parser, Terminated, command
 from drillrig_env.deploy.events import Event, Events
 from drillrig_env.deploy.opcua_rig import opcua
 from drillrig_env.deploy.token import read_token
@@ -65,7 +66,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig twin") ->
     except ImportError as error:
         raise Failed(str(error)) from error
     with asyncio.Runner(loop_factory=lambda: asyncio.SelectorEventLoop(selectors.SelectSelector())) as runner:
-        runner.run(_serve(pace, chosen, token))
+        runner.run(_until_terminated(_serve(pace, chosen, token)))
 
 
 def _parser(prog: str) -> Parser:
@@ -134,6 +135,24 @@ def _rig(chosen: Any) -> SimulatedRig:
     )
 
 
+async def _until_terminated(serving: Coroutine[Any, Any, None]) -> None:
+    """Serve until SIGTERM, which is waited for: an exception at any moment could get lost amid the event loop."""
+    loop, task, asked = asyncio.get_running_loop(), asyncio.ensure_future(serving), asyncio.Event()
+
+    def terminate() -> None:
+        asked.set()
+        task.cancel()
+
+    with suppress(NotImplementedError):  # on Windows it ends the process
+        loop.add_signal_handler(signal.SIGTERM, terminate)
+    try:
+        await task
+    except asyncio.CancelledError:
+        if asked.is_set():
+            raise Terminated from None
+        raise
+
+
 async def _serve(pace: Pace, chosen: Any, token: str) -> None:
     """Serve a rig until it is over."""
     from drillrig_env.twin.server import LineServer
@@ -146,11 +165,13 @@ async def _serve(pace: Pace, chosen: Any, token: str) -> None:
     print(f"rig: {rig.target:.3g} rad/s wanted, {rig.core.episodes['normal_force'][0]:.3g} N, {chosen.start}")
     print(f"measures each {rig.period:g} s: {', '.join(f'{name} ({unit})' for name, unit in rig.channels.items())}")
     print(f"listening at {host}:{port}; Ctrl-C ends it", flush=True)
-    async with listening:
+    try:
         if chosen.opcua is None:
             await pace.run()
         else:
             await _serve_opcua_too(pace, chosen, token)
+    finally:
+        listening.close()
     raise Failed(f"the rig's day is over, {rig.time:.6g} s; start it anew")
 
 

@@ -41,7 +41,7 @@ class Served:
         host, port = listening.sockets[0].getsockname()
         self.address = f"{host}:{port}"
         async with AsyncExitStack() as stack:
-            await stack.enter_async_context(listening)
+            stack.callback(listening.close)
             if self.opcua:
                 found = OpcUaServer(self.pace, host, free_port(), self.token)
                 await found.begin()
