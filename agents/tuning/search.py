@@ -44,7 +44,7 @@ def search(
     with owned(folder):
         study = Study(folder, question)
         if cut := study.take_up_cut():
-            say(f"{cut} tries that were cut are begun again")
+            say(f"{cut} {'try that was cut is' if cut == 1 else 'tries that were cut are'} begun again")
         running = _Search(study, steps, hours, say)
         try:
             if is_ray(engine):

@@ -58,16 +58,16 @@ class Study:
         write_text(folder / ABOUT, json_text(definition))
         backend = optuna.storages.journal.JournalFileBackend(str(folder / JOURNAL))
         self.storage: Any = optuna.storages.JournalStorage(backend)
-        sampler = optuna.samplers.TPESampler(seed=question.base["seed"], n_startup_trials=10)
         pruner = optuna.pruners.SuccessiveHalvingPruner(question.first_look, reduction_factor=3)
         self.optuna: Any = optuna.create_study(
             storage=self.storage,
             study_name=NAME,
-            sampler=sampler,
             pruner=pruner,
             direction="maximize",
             load_if_exists=True,
         )
+        tries = len(self.optuna.get_trials(deepcopy=False))  # one that goes on is not to draw the first tries again
+        self.optuna.sampler = optuna.samplers.TPESampler(seed=question.base["seed"] + tries, n_startup_trials=10)
 
     def take_up_cut(self) -> int:
         """Put tries that a kill has cut in front of those to come, and say how many there are."""
