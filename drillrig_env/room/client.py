@@ -96,7 +96,7 @@ class Client:
             await self._refuse("link", str(error))
             session = Session(self._stock, own.setting)
         if own.recorded is not None and not request.setting:
-            session.do(protocol.Replay(run=own.recorded.as_json()))
+            session.replay(own.recorded)
         if own.story is not None and not request.setting:
             session.do(protocol.Tell(name=own.story))
         session.say_all()

@@ -54,13 +54,14 @@ class Lanes:
         values = setting.values() if recorded is None else plan[0]
         self.given = Given(task, values, plan)
         self.step_number = 0
+        self.broken = False  # whether a step has failed, after which the lanes are no longer at one time
         self.period = task.control_period
         self.record = Record(len(self.lanes), self.period)
 
     @property
     def at_end(self) -> bool:
-        """Whether the run has its last control step behind it."""
-        return self.step_number >= (MOST_STEPS if self.recorded is None else self.recorded.steps)
+        """Whether the run has its last control step behind it, or can have no other."""
+        return self.broken or self.step_number >= (MOST_STEPS if self.recorded is None else self.recorded.steps)
 
     @property
     def time(self) -> float:
@@ -77,7 +78,11 @@ class Lanes:
     def step(self) -> Step:
         """One control step of both. Raises whatever a policy raises, and `NotFiniteError` for a lost state."""
         row = self.given.row(self.step_number)
-        shown = tuple(lane.step(row) for lane in self.lanes)
+        try:
+            shown = tuple(lane.step(row) for lane in self.lanes)
+        except Exception:
+            self.broken = True
+            raise
         self.record.add(row, self.lanes)
         self.step_number += 1
         return Step(self.step_number - 1, row, shown)

@@ -71,7 +71,7 @@ class Session:
             self.outbox.add(self.lanes.step())
         except Exception as error:  # a stranger's policy may raise anything
             self.paused = True
-            self.refuse("run", f"the run has stopped: {error}")
+            self.refuse("run", f"the run has stopped, restart it: {error}")
             self.say_state()
             return
         if ramps or self.lanes.recorded is not None:
@@ -110,12 +110,18 @@ class Session:
             case protocol.Keep(what=what):
                 self._keep(what)
             case protocol.Replay(run=run):
-                self._begin(self.lanes.setting, Recorded.of(run, "the recorded run"))
+                recorded = Recorded.of(run, "the recorded run")
+                self.stock.check_rig(recorded.rig)
+                self.replay(recorded)
             case protocol.Begin():
                 raise ValueError("control room: the room has begun already; send another setting by set")
         self._moved.set()
         self.say_state()
         self.charts.want(self.run_number, self.lanes)
+
+    def replay(self, recorded: Recorded) -> None:
+        """Play a recorded run again. Raises `ValueError` for what the environment refuses."""
+        self._begin(self.lanes.setting, recorded)
 
     def refuse(self, field: str, sentence: str) -> None:
         """Tell the client that something is not allowed; `field` is the control beside which it belongs."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -61,6 +61,13 @@ class Stock:
         if not isinstance(name, str) or name not in self.policies:
             raise ValueError(f"control room: policy {name!r} is not known here; {closest(name, self.policies)}")
         return self.policies[name]
+
+    def check_rig(self, rig: Rig) -> None:
+        """Raise `ValueError` for a rig that is none of the stock's, whatever the gains of its drive."""
+        if all(replace(known, k_p=rig.k_p, k_i=rig.k_i) != rig for known in self.rigs.values()):
+            raise ValueError(
+                "the recorded run: its rig is none of this room's; start the room with it: drillrig room --replay FILE"
+            )
 
     def rig_named(self, name: Any) -> Rig:
         """A rig by name. `ValueError` for one that is not there, with the closest."""

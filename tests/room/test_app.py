@@ -15,13 +15,16 @@ from starlette.websockets import WebSocketDisconnect
 from drillrig_env.course import COLUMNS
 from drillrig_env.env.recorded import Recorded
 from drillrig_env.env.single import DrillRigEnv
+from drillrig_env.rig import Rig
 from drillrig_env.room import app
 from drillrig_env.room.app import room_app
 from drillrig_env.room.client import REFUSED, TOO_BIG, TOO_MANY, Beginning
 from drillrig_env.room.door import COOKIE, Door
 from drillrig_env.room.frames import HEADER_BYTES, frame_bytes
+from drillrig_env.room.lanes import Lanes
 from drillrig_env.room.limits import Limits
 from drillrig_env.room.setting import Setting
+from drillrig_env.room.stock import Stock
 from drillrig_env.room.stories import STORIES
 
 HERE = "http://127.0.0.1:8347"
@@ -269,6 +272,35 @@ def test_a_run_that_is_kept_is_the_environments_and_is_played_again(client):
             assert line.split(",")[column] == f"{env.core.episodes['state'][0, 2]:.10g}"
         page.say("replay", run=kept)
         assert page.text("state", replay=True)["lanes"][1]["policy"] == "ppo_surface"
+
+
+def test_a_run_of_another_rig_is_played_from_the_command_line_alone(client):
+    lanes = Lanes(Setting(rig="own", b="constant"), Stock.of(Rig(J_1=0.03)))
+    lanes.step()
+    run = lanes.as_recorded()
+    with client().websocket_connect(ROOM) as socket:
+        page = Page(socket)
+        page.say("replay", run=run.as_json())
+        assert "its rig is none of this room's" in page.text("refused")["sentence"]
+    with client(recorded=run).websocket_connect(ROOM) as socket:
+        page = Page(socket)
+        assert page.text("state", at_end=True)["replay"]
+
+
+def test_a_rig_that_is_lost_stops_the_clock_and_says_so(client):
+    with client().websocket_connect(ROOM) as socket:
+        page = Page(socket)
+        page.say("speed", times=10)
+        page.text("state", times=10.0)
+        page.frame()
+        page.say("give", values={"normal_force": 1e12})
+        refused = page.text("refused")
+        assert refused["field"] == "run"
+        assert "the run has stopped, restart it" in refused["sentence"]
+        assert page.text("state", paused=True)["at_end"]
+        page.say("give", values={"normal_force": 10})
+        page.say("restart")
+        assert not page.text("state", run=1)["at_end"]
 
 
 @pytest.mark.slow
