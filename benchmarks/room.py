@@ -25,6 +25,8 @@ from typing import Any
 from benchmarks.browser import Room, chromium, is_drawn, room
 from benchmarks.measure import kept, note, print_table, write_json
 from drillrig_env.command_line import Parser, command
+from drillrig_env.files import read_json
+from drillrig_env.parameters import closest
 
 _TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 _NARROW = 16_384  # bytes that the system keeps for a client that reads nothing
@@ -72,6 +74,7 @@ class Client:
         reached = socket.socket()
         if narrow:
             reached.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _NARROW)
+        reached.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # as browsers do
         reached.connect((host, int(port)))
         connection = connect(f"ws://{host}:{port}/room", sock=reached, max_queue=1 if narrow else 64)
         self.socket = connection.__enter__()
@@ -265,6 +268,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m benchmar
     parser = Parser(prog=prog, description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a few seconds of each")
     parser.add_argument("--json", type=Path, default=Path("results/benchmarks/room.json"), help="where to write")
+    parser.add_argument("--only", help="this case alone, such as map; what the file has of the others is kept")
     chosen = parser.parse_args(arguments)
     seconds = 3.0 if chosen.quick else 10.0
     repeats, moves = (1, 10) if chosen.quick else (3, 60)
@@ -279,6 +283,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "python -m benchmar
         "four clients": lambda: {f"{speed:g}": measure_clients(speed, seconds) for speed in (1.0, 10.0)},
         "a client that reads nothing": lambda: measure_slow(seconds),
     }
+
+    if chosen.only is not None:
+        if chosen.only not in cases:
+            parser.error(f"--only {chosen.only!r} is not known; {closest(chosen.only, cases)}")
+        if chosen.json.is_file():
+            results["cases"] = read_json(chosen.json, "measure all cases first")["results"]["cases"]
+        cases = {chosen.only: cases[chosen.only]}
 
     def tell() -> None:
         tabulate(results)

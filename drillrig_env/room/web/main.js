@@ -15,7 +15,8 @@ import { forgetStyle, isDark, onWish, setPrinting, toggleTheme } from "./theme.j
 /** @typedef {import("./types.js").LaneChart} LaneChart */
 
 const VERSION = 1;
-const FRAME_TIME = 1000 / 34; // ms; a screen of 60 Hz then shows 30 frames a second
+const FRAME_TIME = 1000 / 30; // ms
+const EARLY = 8; // ms, by which a frame may come before it is due: half of a screen's own
 const SPANS = [10, 30, 60, 120];
 
 /** @type {State | null} */
@@ -27,7 +28,7 @@ let tale = null;
 /** @type {Panel[]} */
 let panels = [];
 let lecturing = false;
-let lastDrawn = 0;
+let due = 0; // when the next frame is to be drawn, ms
 let toDraw = true;
 const clock = new Clock();
 const params = new URLSearchParams(location.search);
@@ -137,13 +138,13 @@ function toggleFullScreen() {
 /** @param {number} now */
 function draw(now) {
   requestAnimationFrame(draw);
-  if (now - lastDrawn < FRAME_TIME) return;
+  if (now < due - EARLY) return;
   if (!state) return;
   const newest = panels[0]?.history.end ?? 0;
   const before = clock.shown;
   clock.tick(now, newest, state.paused || state.at_end, state.times, state.period);
   if (clock.shown === before && !toDraw) return;
-  lastDrawn = now;
+  due = Math.max(due + FRAME_TIME, now); // one that came late does not make the next one late
   toDraw = false;
   drawAll();
 }
