@@ -15,11 +15,15 @@ critical, fold = stability.critical_speed(rig, friction), stability.fold_speed(r
 target = critical + 0.1 * (fold - critical)
 
 # %%
-# A schedule holds each value from its time on; a slow way down is many small steps.
+# A schedule holds each value from its time on; a ramp is many small steps. Both runs go up and come down in 20 s.
 
-ease = np.linspace(fold + 0.3, target, 60)
-far = [(0, target), (40, fold + 0.3), *zip(50 + 0.5 * np.arange(60), ease, strict=True)]
-short = [(0, target), (40, 0.5 * (critical + fold)), (60, target)]
+
+def up_and_down(highest):
+    rise = np.linspace(target, highest, 40)
+    return [(0, target), *zip(40 + 0.5 * np.arange(80), [*rise, *rise[::-1]], strict=True)]
+
+
+short, far = up_and_down(fold - 0.4), up_and_down(fold + 0.4)
 
 fig, axes = plt.subplots(2, 1, figsize=(7, 4.5), sharex=True, sharey=True)
 for ax, schedule, name in zip(axes, (short, far), ("Not past the fold", "Past the fold, and back"), strict=True):

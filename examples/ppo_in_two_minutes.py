@@ -2,8 +2,10 @@
 ==================
 
 Stable-Baselines3's PPO on the compiled core, which steps all rigs in one call. The number of steps is the script's
-argument: 2,000,000 take about two minutes. The picture on this page is of a shorter run, as long as building a page may
-take, and shows the beginning of learning only.
+argument: 2,000,000 take one to three minutes. With seed 0 they bring 0.82 of these rigs to their target, after 0.00
+at a quarter of the way, 0.73 at half and 0.75 at three quarters (two cores of an Intel Xeon, 27 November 2026). The
+picture on this page is of a run as short as building a page allows, and shows how learning begins: it first gets
+worse.
 """
 
 import sys

@@ -94,8 +94,7 @@ def options() -> str:
     parts = [_OPTIONS]
     for record in (Task, Scenario, Reward, Drive, Fleet, Rig, Friction):
         rows = [(f"`{row[0]}`", *row[1:]) for row in field_rows(record)]
-        about = (inspect.getdoc(record) or "").split("\n\n")[0]
-        parts += [f"## `{record.__name__}`\n", f"{about}\n", table(_FIELD, rows, words=5), ""]
+        parts += [f"## `{record.__name__}`\n", f"{_first_paragraph(record)}\n", table(_FIELD, rows, words=5), ""]
     return "\n".join(parts)
 
 
@@ -114,7 +113,7 @@ def suites() -> str:
     rows = [(f"[`{name}`](#suite-{name})", s.rigs, s.env_id or "any", s.description) for name, s in made.items()]
     words = ("Suite", "Environment", "What it is")
     parts = [_SUITES, table(("Suite", "Episodes", *words[1:]), rows, words), ""]
-    return "\n".join(parts + [_suite(one, inspect.getdoc(SUITES[name]) or "") for name, one in made.items()])
+    return "\n".join(parts + [_suite(one, _first_paragraph(SUITES[name])) for name, one in made.items()])
 
 
 def _suite(one: Suite, about: str) -> str:
@@ -194,6 +193,10 @@ def files() -> str:
         policy=policy.path.stem,
         about=json.dumps(_short(policy.about), indent=1, ensure_ascii=False),
     )
+
+
+def _first_paragraph(value: Any) -> str:
+    return (inspect.getdoc(value) or "").split("\n\n")[0]
 
 
 def _said(given: Mapping[str, Any]) -> str:
