@@ -17,7 +17,7 @@ cluster_utils = pytest.importorskip("ray.cluster_utils")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name == "nt", reason="signals")]
 
 RIGS = 2200
-POLICIES = ("constant", "z_torque", "ppo")
+POLICIES = ("constant", "ppo")
 
 
 class KillsOnce:
