@@ -83,7 +83,7 @@ room-test: $(READY)  ## The control room's page: types, linter, and tests in a r
 	$(BIN)/python -m drillrig_env.room.parts --check
 	$(PIP) $(CONSTRAIN) --editable '.[room-test]'
 	command -v chromium chromium-browser google-chrome >/dev/null || (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
-	$(BIN)/python -m pytest -m room
+	$(BIN)/python -m pytest -m room tests/room
 
 hooks: $(READY)  ## Let every commit be judged by the linters and the type checker first
 	$(BIN)/pre-commit install
