@@ -32,6 +32,7 @@ toc_object_entries_show_parents = "hide"
 
 html_theme = "furo"
 html_title = "DrillRig"
+html_static_path, html_css_files = ["site/static"], ["print.css"]
 html_show_sourcelink = False
 html_copy_source = False
 html_show_copyright = False
