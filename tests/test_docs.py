@@ -69,3 +69,8 @@ def test_architecture_names_every_room():
     drawn = page + (ROOT / "docs" / "images" / "house.svg").read_text(encoding="utf-8")
     rooms = [path.name for path in (ROOT / "drillrig_env").iterdir() if (path / "__init__.py").exists()]
     assert [room for room in rooms if f"{room}/" not in drawn] == []
+
+
+def test_the_citation_has_the_version():
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {drillrig_env.__version__}\n" in citation
