@@ -163,7 +163,7 @@ def documented_records():
 
 UNITS = ("", "kg m^2", "m", "N", "N m", "N m/rad", "N m s/rad", "N m/A", "V s/rad", "V/rad", "H", "ohm", "V", "A",
          "Pa s", "s", "s/rad", "rad", "rad/s", "rad/s^2", "steps", "control steps", "rigs", "episodes", "threads",
-         "px")  # fmt: skip
+         "px", "bytes", "1/s")  # fmt: skip
 
 
 @pytest.mark.parametrize("record", documented_records().values(), ids=lambda record: record.__name__)

@@ -54,7 +54,7 @@ def typical_rig() -> TypicalRig:
     options = {**STICKING, "start": "steady"}  # no start needs to be run to know the rigs
     core.reset(np.arange(suite.rigs), first_uniforms(suite.first_seed, suite.rigs), options)
     rigs = describe(core.rig, core.friction, core.episodes["speed_target"])
-    place = typical_rigs(rigs)["below"]
+    place = typical_rigs({**rigs, "seed": np.full(suite.rigs, "")})["below"]
     own = {name: float(values[place]) for name, values in rigs.items() if name != "region"}
     contact = Friction(*(own[name] for name in _CONTACT))
     return TypicalRig(place, contact, own["speed_target"], own["critical_speed"], own["hardness"])

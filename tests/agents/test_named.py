@@ -1,11 +1,11 @@
 import pytest
 
 from agents.policy.run_folder import shipped
-from agents.shipping import action_zero, card, failures
+from agents.shipping import action_zero, failures
 from agents.shipping.named import add_names_argument
 from drillrig_env.command_line import Parser
 
-COMMANDS = (action_zero, card, failures)
+COMMANDS = (action_zero, failures)
 
 
 def test_all_shipped_agents_where_none_is_named():
