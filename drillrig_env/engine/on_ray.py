@@ -78,6 +78,11 @@ class OnRay(Engine):
             self._ray.init(address=self._address, log_to_driver=False, logging_level="ERROR", **own)
         except (ConnectionError, TimeoutError, ValueError, RuntimeError) as error:
             self.end()
+            from ray._private import client_mode_hook
+
+            client_mode_hook.is_client_mode_enabled = (
+                False  # a client that did not connect leaves it on for all after it
+            )
             reason = (str(error).strip() or type(error).__name__).splitlines()[0]
             raise Failed(f"--on {self.where}: {_NO_CLUSTER.get(self._address, 'no answer')} ({reason})") from error
         finally:

@@ -34,3 +34,6 @@ def test_nobody_answers_at_an_address():
         address = f"ray://127.0.0.1:{free.getsockname()[1]}"
     with pytest.raises(Failed, match=f"--on {address}: no answer"):
         engine_at(address).__enter__()
+    from ray._private.client_mode_hook import client_mode_should_convert
+
+    assert not client_mode_should_convert()  # another engine may begin in this process
