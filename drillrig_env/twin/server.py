@@ -78,6 +78,8 @@ class LineServer:
     async def _answer(self, writer: asyncio.StreamWriter, message: Mapping[str, Any]) -> None:
         """Do what a client asks for. `BadLine` for what it may not ask for."""
         word = next((word for word in _WORDS if word in message), None)
+        if word in ("arm", "release") and message[word] is not True:
+            raise BadLine(f"{word} = {message[word]!r} is not allowed; allowed: true")
         try:
             if word == "command":
                 self.station.command(writer, message["command"])

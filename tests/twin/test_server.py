@@ -72,6 +72,8 @@ def test_a_client_is_greeted_and_told_what_the_rig_measures(served):
         ([HELLO, {"stop": 1}], "stop is not known; allowed: arm, command, release, until"),
         ([HELLO, {}], "nothing is not known"),
         ([HELLO, {"command": 2.0}], "command without the rig"),
+        ([HELLO, {"arm": False}], "arm = False is not allowed; allowed: true"),
+        ([HELLO, {"release": 1}], "release = 1 is not allowed; allowed: true"),
         ([HELLO, {"until": "tomorrow"}], "until = 'tomorrow' is not allowed"),
         ([HELLO, b'{"until": 1' + b"0" * 400 + b"}\n"], "until = 1000"),
         ([HELLO, {"until": 1e9}], "until = 1000000000.0 s is not allowed"),
