@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from drillrig_env.deploy.connected import ConnectedRig
 from drillrig_env.deploy.greeting import Greeting
 from drillrig_env.deploy.line import VERSION, Lines, decode, encode
 from drillrig_env.deploy.readings import Readings
 
-_PATIENCE, _AT_FIRST = 0.25, 50.0  # control periods, for measurements that are just underway, and for the first ones
 _SILENT = 5.0  # s of the system's time without an answer
 
 
-class LineRig:
+class LineRig(ConnectedRig):
     """A connection to the rig at `address`, "host:port"; it commands nothing until `arm`.
 
     All times are the rig's, which runs `speed` times as fast as the system's, or only as this side asks it to, where
@@ -43,7 +43,7 @@ class LineRig:
             self.greeting = self._answer("rig")
             said = Greeting.of(self.greeting)
             self.speed, self.waits, self._now, self.period = said.speed, said.waits, said.time, said.period
-            self.channels: dict[str, str] = said.channels
+            self.channels = said.channels
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             self._socket.close()
             raise ConnectionError(f"{address} is no rig of this protocol: {error}") from error
@@ -64,25 +64,12 @@ class LineRig:
         """The latest measurements by channel; waited for a little where those of now are just underway."""
         self._take()
         if not self._readings.fresh:
-            self._wait((_PATIENCE if self._readings.values else _AT_FIRST) * self.period, first=True)
+            self._wait(self._patience, first=True)
         return self._readings.seen()
-
-    def ages(self) -> dict[str, float]:
-        """How old (s) the latest measurements are, by channel."""
-        return self._readings.ages(self.clock())
 
     def first_reference(self) -> float:
         """The speed reference (rad/s) that the drive had when the connection began."""
         return float(self.greeting["reference"])
-
-    def drive_reference(self) -> float:
-        """The speed reference (rad/s) that the drive had when it last told, for shadow mode."""
-        return self._readings.reference
-
-    @property
-    def target(self) -> float:
-        """The speed (rad/s) that the rig's operator wants."""
-        return float(self.greeting["target"])
 
     def arm(self) -> float:
         """Have the rig from now on; the speed reference (rad/s) of its drive. `ConnectionError` where it refuses."""

@@ -12,11 +12,11 @@ from contextlib import suppress
 from typing import Any
 
 from drillrig_env.deploy import opcua_nodes as nodes
+from drillrig_env.deploy.connected import ConnectedRig
 from drillrig_env.deploy.greeting import Greeting
 from drillrig_env.deploy.readings import Readings
 from drillrig_env.extras import missing
 
-_PATIENCE, _AT_FIRST = 0.25, 50.0  # control periods, for measurements that are just underway, and for the first ones
 _LOOKS = 20  # in a control period, for those
 _SILENT = 2.0  # s of the system's time without an answer
 
@@ -29,7 +29,7 @@ def opcua() -> Any:
         raise missing("OPC UA", "asyncua", "opcua") from error
 
 
-class OpcUaRig:
+class OpcUaRig(ConnectedRig):
     """A connection to the rig at `address`, "opc.tcp://host:port"; it commands nothing until `arm`.
 
     Times are the rig's, which runs `speed` times as fast as the system's. `greeting` is what the rig says of itself.
@@ -52,10 +52,10 @@ class OpcUaRig:
         try:
             self._call(self._client.connect)
             self._space = self._call(self._client.get_namespace_index, nodes.URI)
-            self.greeting: dict[str, Any] = json.loads(self._call(self._node(nodes.ABOUT).read_value))
+            self.greeting = json.loads(self._call(self._node(nodes.ABOUT).read_value))
             said = Greeting.of(self.greeting)
             self.speed, self.period = said.speed, said.period
-            self.channels: dict[str, str] = said.channels
+            self.channels = said.channels
         except (KeyError, TypeError, ValueError, OverflowError) as error:
             self._leave()
             raise ConnectionError(f"{address} is no rig of this kind: {error}") from error
@@ -78,29 +78,15 @@ class OpcUaRig:
     def measure(self) -> Mapping[str, Any]:
         """The latest measurements by channel; waited for a little where those of now are just underway."""
         self._look()
-        patience = _PATIENCE if self._readings.values else _AT_FIRST
-        end = self.clock() + patience * self.period
+        end = self.clock() + self._patience
         while not self._readings.fresh and self.clock() < end:
             self.sleep(self.period / _LOOKS)
             self._look()
         return self._readings.seen()
 
-    def ages(self) -> dict[str, float]:
-        """How old (s) the latest measurements are, by channel."""
-        return self._readings.ages(self.clock())
-
     def first_reference(self) -> float:
         """The speed reference (rad/s) of the drive now."""
         return float(self._call(self._node(nodes.REFERENCE).read_value))
-
-    def drive_reference(self) -> float:
-        """The speed reference (rad/s) that the drive had when it was last looked at, for shadow mode."""
-        return self._readings.reference
-
-    @property
-    def target(self) -> float:
-        """The speed (rad/s) that the rig's operator wants."""
-        return float(self.greeting["target"])
 
     def arm(self) -> float:
         """Have the rig from now on; the speed reference (rad/s) of its drive. `ConnectionError` where it refuses."""
