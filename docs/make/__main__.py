@@ -67,11 +67,9 @@ def write(names: Sequence[str], docs: Path, taken_in: Sequence[Path] = (), pictu
         for folder in taken_in:
             if page.take_in is not None:
                 page.take_in(folder, docs)
-        texts = page.texts(docs)
         if pictures and page.draw is not None:
-            page.draw(docs)
-            texts = page.texts(docs)  # which shows the pictures that there are
-        for path, text in texts.items():
+            page.draw(docs)  # first: a page shows the pictures that there are
+        for path, text in page.texts(docs).items():
             write_text(path, text)
             print(path.resolve())
 
