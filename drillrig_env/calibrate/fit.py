@@ -72,9 +72,9 @@ def fit(
     narrow = np.minimum(1.0, 3.0 * problem.unknowns.deviations / _SPREAD)
     drawn[0] = 0.0
     places = drawn * narrow if begin is None else np.clip(begin + drawn * narrow, -_INSIDE, _INSIDE)
-    circuit = circuit_of(problem.windows, problem.unknowns) if begin is None else None
+    circuit = circuit_of(problem.windows, problem.unknowns) if begin is None and starts > 1 else None
     if circuit is not None:
-        places[1:2] = circuit
+        places[1] = circuit
     done: list[tuple[int, Ended]] = []
     stopped = False
     try:
@@ -100,15 +100,17 @@ def fit(
     costs = np.array(sorted(one.cost for one in (*(one for _, one in last), *found[kept:])))
     for _ in range(0 if stopped else _ROUNDS):
         problem.begin(best.logs)
-        noise = _noise_left(problem, measured, problem.residuals(best.logs))
+        residuals = problem.residuals(best.logs)
+        noise = _noise_left(problem, measured, residuals)
         if all(np.allclose(new, old, rtol=_STEADY) for new, old in zip(noise, problem.noise, strict=True)):
             break
         problem.noise = noise
         ((_, best),) = search.each(_ended, problem, _LAST, [best.logs])
         if best.failure:
             raise NotFiniteError(best.failure)
-    problem.begin(best.logs)
-    residuals = problem.residuals(best.logs)
+    else:
+        problem.begin(best.logs)
+        residuals = problem.residuals(best.logs)
     return Best(problem, best.logs, best.cost, costs, residuals, problem.derivatives(best.logs), len(done), stopped)
 
 
