@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -368,8 +369,8 @@ def test_a_server_that_dies_is_said_and_the_page_comes_back_with_its_setting(vis
     page = visit(first.address)
     type_into(page, "Normal force N₁ N", "17")
     expect(page.get_by_label("Normal force N₁ N", exact=True)).to_have_value("17")
+    first.process.send_signal(signal.SIGSTOP)  # what is asked for now, nobody answers
     page.get_by_label("Controller of lane B", exact=True).select_option("soft_torque")
-    expect(page.get_by_label("Controller of lane B", exact=True)).to_have_value("soft_torque")
     first.process.kill()
     first.process.wait()
     expect(page.locator("#connection")).to_contain_text("The server does not answer")

@@ -13,6 +13,7 @@ import { forgetStyle, isDark, onWish, setPrinting, toggleTheme } from "./theme.j
 /** @typedef {import("./types.js").Welcome} Welcome */
 /** @typedef {import("./types.js").State} State */
 /** @typedef {import("./types.js").LaneChart} LaneChart */
+/** @typedef {import("./types.js").Setting} Setting */
 
 const VERSION = 1;
 const FRAME_TIME = 1000 / 30; // ms
@@ -21,6 +22,8 @@ const SPANS = [10, 30, 60, 120];
 
 /** @type {State | null} */
 let state = null;
+/** @type {Setting} */
+let wanted = {}; // what was asked for and not answered yet: a server that comes back is asked again
 /** @type {Controls | null} */
 let controls = null;
 /** @type {Tale | null} */
@@ -42,6 +45,9 @@ function send(message) {
     panel.refuse("hand", "");
     panel.refuse("policy", "");
   }
+  if (message.do === "set") Object.assign(wanted, message.setting);
+  else if (message.do === "give") Object.assign(wanted, message.values);
+  else if (message.do === "story" || message.do === "replay") wanted = {};
   connection.send(message);
 }
 
@@ -70,7 +76,7 @@ function greet(welcome) {
     byId("lanes").replaceChildren(...panels.map((panel) => panel.element));
     if (welcome.begin.full_screen || params.has("lecture")) setLecture(true);
   }
-  const held = state ? state.setting : settingOf(location.hash);
+  const held = state ? { ...state.setting, ...wanted } : settingOf(location.hash);
   connection.send({ do: "begin", version: VERSION, setting: held });
 }
 
@@ -81,6 +87,7 @@ function show(now) {
     clock.reset();
   }
   state = now;
+  for (const [name, value] of Object.entries(wanted)) if (now.setting[name] === value) delete wanted[name];
   controls?.show(now);
   tale?.show(now);
   panels.forEach((panel, place) => {
@@ -114,6 +121,7 @@ function onFrame(buffer) {
  * @param {string} sentence
  */
 function refuse(field, sentence) {
+  wanted = {};
   const [first, lane] = field.split(" ");
   const panel = panels.find((one) => one.name === (lane ?? field.toUpperCase()));
   if (first === "hand" && panel) panel.refuse("hand", sentence);
