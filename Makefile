@@ -40,6 +40,7 @@ lint: $(READY)  ## Linters and type checker alone
 	$(BIN)/mypy
 
 docs: $(READY)  ## The documentation as a site, in docs/_build/html; two minutes
+	$(BIN)/python -m docs.make --check
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build/html
 	$(BIN)/python -m docs.site.check docs/_build/html
 

@@ -54,6 +54,7 @@ ORDER = (
     "calibrate_a_twin",
     "deploy_loop",
     "offline_data",
+    "sweep_on_ray",
     "figure_for_a_paper",
 )
 """Examples from the first steps on; others come behind."""
@@ -70,8 +71,8 @@ class InOrder:
         return (ORDER.index(name) if name in ORDER else len(ORDER), name)
 
 
-SMALL = {"ppo_in_two_minutes.py": ["150000"]}
-"""Arguments with which examples are run for their page, where they take much longer without."""
+SMALL = {"ppo_in_two_minutes.py": ["150000"], "sweep_on_ray.py": ["local"]}
+"""Arguments with which examples are run for their page, where they take much longer, or start Ray, without."""
 
 sphinx_gallery_conf = {
     "examples_dirs": "../examples",

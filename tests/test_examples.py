@@ -22,6 +22,7 @@ SLOW = (
     "fleet",
     "own_controller",
     "ppo_in_two_minutes",
+    "sweep_on_ray",
 )
 ARGUMENTS = {"ppo_in_two_minutes": ["20000"]}
 

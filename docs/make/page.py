@@ -34,7 +34,7 @@ def _cards(_docs: Path) -> dict[Path, str]:
 
 
 PAGES: dict[str, Page] = {
-    "readme": Page("the table of README.md, from docs/results", readme.texts),
+    "readme": Page("the table of README.md and docs/index.md, from docs/results", readme.texts),
     "results": Page(
         "docs/results.md, from docs/results, which takes in what eval.py leaves",
         _one("results.md", results.page),

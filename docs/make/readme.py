@@ -1,4 +1,4 @@
-"""The table of README.md: the headline of the stored results, each policy with what it does in words."""
+"""The table of README.md and the site's first page: the stored results' headline, each policy with what it does."""
 
 from __future__ import annotations
 
@@ -39,12 +39,14 @@ _COLUMNS = {
 
 
 def texts(docs: Path) -> dict[Path, str]:
-    """README.md with the table that the stored results give. `ValueError` where it has no place for one."""
-    path = docs.parent / "README.md"
-    text = path.read_text(encoding="utf-8")
-    if not _PLACE.search(text):
-        raise ValueError(f"{path} has no place for its table: <!-- scores --> and <!-- end of scores -->")
-    return {path: _PLACE.sub(lambda _: f"\n{scores(stored_results(docs)[_ENV])}\n\n", text)}
+    """Both pages with the table that the stored results give. `ValueError` where one has no place for it."""
+    found = {}
+    for path in (docs.parent / "README.md", docs / "index.md"):
+        text = path.read_text(encoding="utf-8")
+        if not _PLACE.search(text):
+            raise ValueError(f"{path} has no place for its table: <!-- scores --> and <!-- end of scores -->")
+        found[path] = _PLACE.sub(lambda _: f"\n{scores(stored_results(docs)[_ENV])}\n\n", text)
+    return found
 
 
 def scores(results: Results) -> str:

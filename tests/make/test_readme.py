@@ -1,4 +1,4 @@
-"""The table of README.md: what the stored results hold, and nothing else."""
+"""The table of README.md and of the site's first page: what the stored results hold, and nothing else."""
 
 from pathlib import Path
 
@@ -11,9 +11,11 @@ from docs.make.results import stored_results
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_projects_table_is_up_to_date():
-    (written,) = texts(ROOT / "docs").values()
-    assert (ROOT / "README.md").read_text(encoding="utf-8") == written, f"out of date; run: {COMMAND}"
+def test_the_projects_tables_are_up_to_date():
+    made = texts(ROOT / "docs")
+    assert [path.name for path in made] == ["README.md", "index.md"]
+    for path, written in made.items():
+        assert path.read_text(encoding="utf-8") == written, f"out of date; run: {COMMAND}"
 
 
 def test_it_has_the_numbers_of_the_results_to_their_digits():
