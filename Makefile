@@ -20,7 +20,7 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 
-.PHONY: help demo test slow lint docs figures results benchmark peers bounds mutants clients room room-test hooks clean
+.PHONY: help demo test slow lint docs release figures results benchmark peers bounds mutants clients room room-test hooks clean
 
 help:  ## This list
 	@grep -E '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /: /'
@@ -43,6 +43,9 @@ docs: $(READY)  ## The documentation as a site, in docs/_build/html; two minutes
 	$(BIN)/python -m docs.make --check
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build/html
 	$(BIN)/python -m docs.site.check docs/_build/html
+
+release: $(READY)  ## Check everything, then version, changelog, wheel and tag: make release VERSION=0.3.0; CHECK=--dry-run keeps nothing
+	$(BIN)/python -m docs.release $(VERSION) $(CHECK)
 
 figures: $(READY)  ## The chapter's figures and the bistable region, from the project's own code
 	$(BIN)/python -m drillrig_env.plots
