@@ -38,6 +38,12 @@ class CountedLaw(Baseline):
     control step, and `plant_slew`, the slew limit. `plants` are the rigs of the fleet, counted so, where the policy is
     told which of them an episode has, and the one rig else. `nominal_friction` is the one that it goes by, counted so,
     at N_1 = 1. Arguments as for `Baseline`.
+
+    >>> from baselines import ZTorque
+    >>> from drillrig_env import Rig
+    >>> slow = Rig(J_1=0.1152, k_2=0.1829)
+    >>> issubclass(ZTorque, CountedLaw), ZTorque(rig=slow).gain == ZTorque().gain
+    (True, True)
     """
 
     def __init__(

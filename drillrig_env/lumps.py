@@ -10,6 +10,13 @@ A tube of diameter D that turns amid a round hole of diameter H full of mud of t
 
 Which motions are in it: torsion, on bottom, of a nearly vertical string. No axial motion, no bending, no friction along
 the wall that sticks, and above its two lowest modes no other.
+
+>>> from drillrig_env.lumps import Mud, Tube, three_lumps
+>>> pipe, collars = Tube(length=2000.0, outer=0.127, inner=0.1086), Tube(length=200.0, outer=0.171, inner=0.0714)
+>>> steel = {"density": 7850.0, "shear_modulus": 79.3e9, "loss_time": 0.01}
+>>> lumps = three_lumps(pipe, collars, top_drive=2000.0, mud=Mud(viscosity=0.02, hole=0.216), **steel)
+>>> {name: round(lumps[name], 1) for name in ("J_1", "J_2", "J_3", "k_1", "d_1", "C_1")}
+{'J_1': 174.4, 'J_2': 93.3, 'J_3': 2046.6, 'k_1': 942.4, 'd_1': 9.4, 'C_1': 1.8}
 """
 
 from __future__ import annotations

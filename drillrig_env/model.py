@@ -18,6 +18,21 @@ T_r2(x_4) is the chapter's dry friction of disc 2: T_r2 sign(x_4), and a straigh
 |x_4| < omega_s, as (4-9) has it for disc 1.
 
 Beyond the chapter discs 1 and 2 may lose C_1 x_3 and C_2 x_4 to what is around them, as its motor does.
+
+In steady rotation nothing changes, the drive delivers what the bit takes, and all of its power is lost:
+
+>>> from drillrig_env import Friction, Rig, model
+>>> rig, friction = Rig(), Friction(normal_force=20.0)
+>>> state = model.steady_state(rig, friction, speed=3.0)
+>>> rates = model.state_equations(state, 3.0, float(friction.torque(rig, 3.0)), rig)
+>>> bool(max(abs(rate) for rate in rates) < 1e-9)
+True
+>>> round(float(model.torque_into_string(rig, state)), 3), round(float(friction.torque(rig, 3.0)), 3)
+(0.306, 0.306)
+>>> round(float(model.motor_power(rig, state)), 3), round(float(model.dissipated_power(rig, friction, state)), 3)
+(3.892, 3.892)
+>>> round(float(model.stored_energy(rig, state)), 3)
+0.473
 """
 
 from __future__ import annotations
@@ -81,6 +96,11 @@ def armature_voltage(
     `rig` has the loop's gains; `speed_reference` and `top_speed` are the speeds, `speed_error_integral` the integral.
 
     Speeds are in rad/s, the integral in rad; shapes broadcast. A `drive` of None is the rig's own.
+
+    >>> from drillrig_env import Rig
+    >>> rig = Rig()
+    >>> round(float(armature_voltage(rig, None, 3.0, top_speed=2.5, speed_error_integral=1.0)), 3)  # V
+    2.5
     """
     own = drive or Drive.of_rig(rig)
     asked = own.k_p * (np.asarray(speed_reference) - top_speed) + own.k_i * np.asarray(speed_error_integral)
@@ -97,6 +117,13 @@ def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | Limiting | None = None
     `slope` is the slope Delta T_r1 of the friction torque (N m s/rad, (4-21)); with 0 this is the
     linear part of the model, friction aside. `drive` takes the place of the rig's own. Disc 2 turns, so that T_r2
     is constant; where it sticks, the Jacobian is that of `with_stuck_collars(rig)`.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Rig
+    >>> float(np.linalg.eigvals(jacobian(Rig(), slope=-0.02)).real.max()) > 0.0  # too steep a fall
+    True
+    >>> float(np.linalg.eigvals(jacobian(Rig(), slope=-0.01)).real.max()) > 0.0
+    False
     """
     p, (k_p, k_i, K_E) = rig, _speed_loop(rig, drive.drive if isinstance(drive, Limiting) else drive)
     J = np.zeros((7, 7))
@@ -115,12 +142,22 @@ def jacobian(rig: Rig, slope: float = 0.0, drive: Drive | Limiting | None = None
 
 
 def with_stuck_collars(rig: Rig) -> Rig:
-    """The rig while disc 2 is in its stick zone, where T_r2 is a viscous loss of T_r2 / omega_s."""
+    """The rig while disc 2 is in its stick zone, where T_r2 is a viscous loss of T_r2 / omega_s.
+
+    >>> from drillrig_env import Rig
+    >>> with_stuck_collars(Rig(T_r2=0.05)).C_2
+    50.0
+    """
     return replace(rig, T_r2=0.0, C_2=rig.C_2 + rig.T_r2 / rig.omega_s)
 
 
 def torque_on_collars(rig: Rig, x_4: Quantity) -> FloatArray:
-    """Friction torque T_r2(x_4) on disc 2 (N m) at speeds x_4 (rad/s); shape (...). `rig` has T_r2 and omega_s."""
+    """Friction torque T_r2(x_4) on disc 2 (N m) at speeds x_4 (rad/s); shape (...). `rig` has T_r2 and omega_s.
+
+    >>> from drillrig_env import Rig
+    >>> torque_on_collars(Rig(T_r2=0.05), [-2.0, 0.0, 0.0005, 2.0])
+    array([-0.05 ,  0.   ,  0.025,  0.05 ])
+    """
     return np.asarray(rig.T_r2 * np.clip(np.asarray(x_4) / rig.omega_s, -1.0, 1.0))
 
 
@@ -128,6 +165,10 @@ def friction_input(rig: Rig) -> FloatArray:
     """How the friction torque enters (4-17): the derivative of the 7 rates with respect to T_r1; shape (7,).
 
     `rig` has J_1.
+
+    >>> from drillrig_env import Rig
+    >>> [round(float(value), 2) for value in friction_input(Rig())]
+    [0.0, 0.0, -34.72, 0.0, 0.0, 0.0, 0.0]
     """
     b = np.zeros(7)
     b[2] = -1.0 / rig.J_1
@@ -153,6 +194,10 @@ def frictionless_state(rig: Rig, speed: Quantity, drive: Drive | Limiting | None
     own friction (so that it does not creep backwards, where the model's constant T_f would be wrong). `drive`
     takes the place of the rig's own. One that limits its current turns the rig at another speed, where losses take all
     of its torque.
+
+    >>> from drillrig_env import Rig
+    >>> [round(float(value), 4) for value in frictionless_state(Rig(), 0.0)]  # at rest
+    [-0.0, -0.0, 0.0, 0.0, 0.0, 0.9492, 0.3132]
     """
     omega = np.asarray(speed, dtype=float)
     if isinstance(drive, Limiting):
@@ -177,6 +222,12 @@ def wound_up(rig: Rig, friction: Friction, speed_reference: Quantity) -> FloatAr
     `rig` is one rig; `friction` has one entry or many.
 
     Shapes of `speed_reference` (rad/s) and the friction's fields broadcast; the result has shape (..., 7).
+
+    >>> from drillrig_env import Friction, Rig
+    >>> rig, friction = Rig(), Friction(normal_force=20.0)
+    >>> twist = wound_up(rig, friction, 2.0)[1]
+    >>> round(float(-rig.k_2 * twist), 3), round(float(friction.break_loose(rig)), 3)  # N m
+    (0.485, 0.485)
     """
     states = steady_state(rig, friction, speed_reference)
     torque = friction.break_loose(rig)
@@ -195,6 +246,10 @@ def equilibrium(rig: Rig, T_r1: Quantity, omega: Quantity, drive: Drive | None =
     """The state that (4-17) holds still at `omega` (rad/s) under a torque T_r1 on disc 1 (N m); shape (..., 7).
 
     `rig` is one rig, with its own drive where `drive` is None.
+
+    >>> from drillrig_env import Rig
+    >>> [round(float(value), 3) for value in equilibrium(Rig(), T_r1=0.4, omega=2.0)]
+    [-0.358, -1.093, 2.0, 2.0, 2.0, 1.369, 1.537]
     """
     T_r1, omega = np.broadcast_arrays(T_r1, omega)
     _, k_i, K_E = _speed_loop(rig, drive)
@@ -212,6 +267,10 @@ def check_state(rig: Rig, state: FloatArray | Sequence[float] | None, drive: Dri
     """A state as a new array of shape (7,), or several of shape (n, 7); None is the rig at rest, on a drive.
 
     Raises `ValueError` for another shape or a number that is not finite.
+
+    >>> from drillrig_env import Rig
+    >>> check_state(Rig(), [0.0, -1.0, 0.0, 0.0, 2.0, 0.5, 0.0]).shape
+    (7,)
     """
     array = frictionless_state(rig, 0.0, drive) if state is None else np.array(state, dtype=float)
     if array.ndim not in (1, 2) or array.shape[-1] != 7:
@@ -230,6 +289,10 @@ def minimum_speed(rig: Rig, friction: Friction) -> Quantity:
     The chapter leaves out the integrator here. With it the drive winds up and always breaks away:
     standstill is no equilibrium of the 7-state model for a positive speed reference.
     Raises `ValueError` for k_p <= 0, where (4-15) has no meaning.
+
+    >>> from drillrig_env import Friction, Rig
+    >>> round(float(minimum_speed(Rig(), Friction(normal_force=20.0))), 3)  # rad/s
+    0.157
     """
     if rig.k_p <= 0:
         raise refuse("minimum_speed", "k_p", rig.k_p, "V s/rad", POSITIVE)
@@ -255,6 +318,12 @@ def estimate_of_torque(rig: Rig, nominal: Rig) -> tuple[float, float, float, flo
     It is eta K_T x_6 - eta^2 C_m x_5 - eta T_f - J_3 dx_5/dt of the nominal rig: a gain times that torque, so much for
     each rad/s of x_5 (N m s/rad), for each rad/s^2 of its rate (N m s^2/rad), and an offset (N m). 1 and zeros where
     the rig is the nominal one.
+
+    >>> from dataclasses import replace
+    >>> from drillrig_env import Rig
+    >>> gain, by_speed, by_rate, offset = estimate_of_torque(replace(Rig(), K_T=0.14), nominal=Rig())
+    >>> round(gain, 3)  # a motor that is stronger than its drive believes seems to deliver less
+    0.9
     """
     gain = (nominal.eta * nominal.K_T) / (rig.eta * rig.K_T)
     return (

@@ -2,6 +2,16 @@
 
 The stick-slip index of the bit speed over a window is SSI = (max - min) / (2 mean); 1 is full
 stick-slip. The factor 2 is part of the definition.
+
+>>> from drillrig_env.verdict import is_calm, is_mitigated, stick_slip_index
+>>> is_calm(lowest=2.9, highest=3.1, mean=3.0), is_calm(lowest=0.0, highest=6.2, mean=3.0)
+(True, False)
+>>> round(float(stick_slip_index(lowest=0.0, highest=6.2, mean=3.0)), 3)
+1.033
+>>> bool(is_mitigated(2.9, 3.1, mean=3.0, target=3.1))
+True
+>>> bool(is_mitigated(2.9, 3.1, mean=3.0, target=3.5))  # calm, and too slow
+False
 """
 
 from __future__ import annotations

@@ -14,7 +14,8 @@ from docs.site.accessible import mend
 from docs.site.check import faults
 from docs.site.check import main as check
 from docs.site.docstrings import as_markdown
-from docs.site.public import arguments_of, documented, fields_said, modules, names_of, shown_names
+from docs.site.public import arguments_of, documented, fields_said, is_error, modules, names_of, shown_names
+from docs.site.used import in_use, named, own_example
 from drillrig_env.cli import COMMANDS
 from drillrig_env.evaluation.suites import SUITES
 
@@ -116,6 +117,29 @@ def test_every_public_argument_is_named():
 def test_what_one_meets_first_has_an_example():
     met = [getattr(drillrig_env, name) for name in drillrig_env.__all__]
     assert [one.__name__ for one in met if callable(one) and ">>> " not in (inspect.getdoc(one) or "")] == []
+
+
+TOO_LONG = {"drillrig_env.calibrate.choose_law", "drillrig_env.validation.all_checks"}  # for an example
+LEFT_BY_COMMANDS = {"drillrig_env.calibrate.Posterior", "drillrig_env.deploy.Log", "drillrig_env.validation.Check"}
+CONTRACTS = {"drillrig_env.deploy.Hardware"}  # to be kept, not called
+
+
+@pytest.mark.slow
+def test_every_public_name_is_in_an_example_that_runs():
+    functions = {full: one.value for full, one in shown_names().items() if callable(one.value)}
+    silent = {full for full, value in functions.items() if not (is_error(value) or own_example(value) or in_use(value))}
+    assert silent == TOO_LONG | LEFT_BY_COMMANDS | CONTRACTS
+
+
+def test_what_code_names_is_found():
+    code = (
+        "import drillrig_env as dr\nfrom drillrig_env.policy import load as l\ndr.stability.fold_speed(l('lqg'), other)"
+    )
+    found = named(code)
+    assert drillrig_env.stability.fold_speed in found
+    assert drillrig_env.policy.load in found
+    assert drillrig_env.policy.Policy in found  # which load returns
+    assert named("hurwitz_minors(1)", "drillrig_env.stability") == [drillrig_env.stability.hurwitz_minors]
 
 
 def test_an_argument_that_is_not_named_is_seen():

@@ -22,9 +22,11 @@ from docs.site.public import (
     sentence_below,
     shown_names,
 )
+from docs.site.used import in_use, own_example
 from drillrig_env.markdown import table
 from drillrig_env.parameters import field_rows
 
+_LONG = 40  # characters of a default that a signature shows
 _PLAIN = re.compile(r"[\w.\"'()\[\]{}:, +*/-]+")
 
 
@@ -86,9 +88,15 @@ def _entry(one: Name) -> str:
     if callable(one.value) and not isinstance(one.value, type):
         function = inspect.unwrap(one.value)
         if inspect.isfunction(function):
-            text = as_markdown(inspect.getdoc(one.value) or "", known(), one.module)
+            text = as_markdown(inspect.getdoc(one.value) or "", known(), one.module) + _where_used(one)
             return _directive("function", signature(one.name, function), text, _canonical(one))
     return _directive("data", one.name, as_markdown(_of_data(one), known(), one.module))
+
+
+def _where_used(one: Name) -> str:
+    """Where a name is in use that has no example of its own."""
+    links = [] if own_example(one.value) else in_use(one.value)
+    return f"\n\nIn use: {', '.join(links)}." if links else ""
 
 
 def _of_data(one: Name) -> str:
@@ -116,7 +124,8 @@ def _class(one: Name) -> str:
             parts.append(_directive("method", signature(name, getattr(owner, name)), said, options))
     kind = "exception" if is_error(owner) else "class"
     shown = one.name if is_error(owner) else signature(one.name, owner, returns=False)
-    return _directive(kind, shown, "\n\n".join(part for part in parts if part), _canonical(one))
+    content = "\n\n".join(part for part in parts if part) + _where_used(one)
+    return _directive(kind, shown, content, _canonical(one))
 
 
 def _fields(record: type, module: str) -> str:
@@ -158,7 +167,7 @@ def _argument(one: inspect.Parameter) -> str:
         text += f": {_written(one.annotation)}"
     if one.default is not one.empty:
         default = repr(one.default)
-        text += f" = {default if _PLAIN.fullmatch(default) else '...'}"
+        text += f" = {default if _PLAIN.fullmatch(default) and len(default) <= _LONG else '...'}"
     return text
 
 

@@ -2,6 +2,21 @@
 
 See docs/hardware.md. Nothing here loads PyTorch, Stable-Baselines3 or Numba; only `export`, `ship` and their `build`
 and `graph`, which make the files, need more.
+
+A policy's file in a loop, on a simulated rig whose time does not wait, with an operator who stops it:
+
+>>> from drillrig_env.deploy import Operator, State, Supervisor, run_loop, shipped_policies
+>>> from drillrig_env.twin.dry_run import DryRig, Instant
+>>> "z_torque" in shipped_policies()
+True
+>>> supervisor, rig, time = Supervisor("z_torque"), DryRig(3), Instant()
+>>> orders = {15: Operator(target=2.5), 25: Operator(stop="the shift ends")}
+>>> inputs = {"reference": rig.reference, "target": rig.target, "operator": orders.get}
+>>> timing = run_loop(supervisor, rig, steps=60, clock=time, sleep=time.sleep, **inputs)
+>>> [event.reason for event in supervisor.events.kept if "shift" in event.reason]
+['the shift ends']
+>>> supervisor.state is State.RAMP, timing.missed
+(True, 0)
 """
 
 from drillrig_env.deploy.connection import connect

@@ -61,6 +61,10 @@ def connect(address: str, token: str = "") -> Connection:
 
     `ValueError` for an address that is none, `ConnectionError` where no rig answers there or it refuses, `ImportError`
     without asyncua.
+
+    >>> connect("rig.example")
+    Traceback (most recent call last):
+    ValueError: address 'rig.example' is not allowed; allowed: HOST:PORT, such as 127.0.0.1:5025
     """
     if address.startswith(OPC_UA):
         from drillrig_env.deploy.opcua_rig import OpcUaRig

@@ -9,7 +9,11 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Event:
-    """One thing that happened at a `time` (s), in a `state`: of which `kind`, and the `reason` in words."""
+    """One thing that happened at a `time` (s), in a `state`: of which `kind`, and the `reason` in words.
+
+    >>> print(Event(12.3, "normal", "limit", "the rate of the speed reference"))
+    12.300 s, normal: limit: the rate of the speed reference
+    """
 
     time: float
     state: str
@@ -21,7 +25,13 @@ class Event:
 
 
 class Events:
-    """The events so far; with `path` each is also written there, a line each, at once, as long as that can be done."""
+    """The events so far; with `path` each is also written there, a line each, at once, as long as that can be done.
+
+    >>> events = Events()
+    >>> events.add(12.3, "normal", "limit", "the rate of the speed reference is limited")
+    >>> print(events.of("limit")[0])
+    12.300 s, normal: limit: the rate of the speed reference is limited
+    """
 
     def __init__(self, path: str | Path | None = None) -> None:
         self.path = None if path is None else Path(path)

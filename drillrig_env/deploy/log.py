@@ -57,7 +57,7 @@ class Log:
     `path` is the file, `supervisor` whose log it is.
 
     `measurements` are those that it was started with. Raises `OSError` where the file cannot be begun; `failed` says
-    why it ended before its time, empty where it has not.
+    why it ended before its time, empty where it has not. `run_loop(..., log=path)` keeps one.
     """
 
     def __init__(self, path: str | Path, supervisor: Supervisor, measurements: Mapping[str, Any]) -> None:

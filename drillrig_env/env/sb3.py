@@ -45,6 +45,14 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
     What `set_options` pins holds for every episode that begins from then on, those of automatic resets too, until
     `set_options` is called again (without argument: nothing is pinned). In Stable-Baselines3's own vector
     environments it holds for the next `reset` alone, and so for one episode of many.
+
+    >>> import numpy as np
+    >>> env = DrillRigVecEnv(8, seed=0, duration=2.0)
+    >>> env.reset().shape
+    (8, 12)
+    >>> observations, rewards, dones, infos = env.step(np.zeros((8, 1), dtype=np.float32))
+    >>> rewards.shape, dones.shape, len(infos)
+    ((8,), (8,), 8)
     """
 
     def __init__(

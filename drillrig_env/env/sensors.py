@@ -62,6 +62,10 @@ class Channel:
     Its observation is (value - offset) / scale; the offset "target" is the speed target. `noise` is the
     standard deviation of an ordinary instrument for it, in `unit`. What the controller sets itself is
     not `measured`: never noisy and never late.
+
+    >>> sensors = Sensors("mine", (Channel("top_speed", "rad/s", "target", 2.0, 0.02, "of the motor"),), noise=1.0)
+    >>> [one.name for one in sensors.channels]
+    ['top_speed']
     """
 
     name: str

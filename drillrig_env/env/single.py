@@ -1,4 +1,13 @@
-"""`DrillRig-v0` and `DrillRigSurface-v0` as a plain Gymnasium environment: the batch core with one rig."""
+"""`DrillRig-v0` and `DrillRigSurface-v0` as a plain Gymnasium environment: the batch core with one rig.
+
+>>> import numpy as np
+>>> from drillrig_env.env.single import DrillRigEnv
+>>> env = DrillRigEnv(scenario="nominal", duration=2.0)  # gym.make("drillrig_env:DrillRig-v0", ...) wraps it
+>>> observation, info = env.reset(seed=0, options={"normal_force": 20.0, "speed_target": 3.0})
+>>> observation, reward, terminated, truncated, info = env.step(np.zeros(1, dtype=np.float32))
+>>> observation.shape, round(float(info["speed_target"]), 1)
+((12,), 3.0)
+"""
 
 from __future__ import annotations
 

@@ -37,6 +37,13 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Seen, npt.NDArray[np.
     the default), or that last step itself does and leaves `final_obs` and `final_info` (SAME_STEP),
     or `reset(options={"reset_mask": mask})` does (DISABLED). `max_episode_steps` ends episodes before their
     `duration` does.
+
+    >>> import numpy as np
+    >>> envs = DrillRigVectorEnv(16, scenario="nominal", duration=2.0)
+    >>> observations, infos = envs.reset(seed=0)
+    >>> observations, rewards, terminated, truncated, infos = envs.step(np.zeros((16, 1), dtype=np.float32))
+    >>> observations.shape, rewards.shape, infos["bit_speed"].shape
+    ((16, 12), (16,), (16,))
     """
 
     def __init__(
@@ -153,7 +160,11 @@ class DrillRigVectorEnv(ManyRigs, GymnasiumForm, VectorEnv[Seen, npt.NDArray[np.
 
 
 def check_autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
-    """Gymnasium's mode from itself or its name, such as "SameStep"; `ValueError` for anything else."""
+    """Gymnasium's mode from itself or its name, such as "SameStep"; `ValueError` for anything else.
+
+    >>> check_autoreset_mode("SameStep")
+    <AutoresetMode.SAME_STEP: 'SameStep'>
+    """
     try:
         return AutoresetMode(mode)
     except ValueError as error:

@@ -73,6 +73,12 @@ def play(
     actions of another shape or such as are not finite, and `NotFiniteError` for a state that is not; both name
     policy, rig and step, and the rig's seed where rig i has the seed `first_seed` + i; the first rig's number is
     `first_rig`.
+
+    >>> from drillrig_env.env.core import EpisodeBatch
+    >>> from drillrig_env.policy import load
+    >>> core = EpisodeBatch(3)
+    >>> sum(1 for step in play(load("constant"), core)) == core.steps
+    True
     """
 
     def place(finite: npt.NDArray[np.bool_]) -> str:
@@ -119,6 +125,12 @@ def run(
     `progress` is called with the steps done and the steps in all. The environment is made with `env` (`reward`,
     `noise`, ...), then the suite's own arguments, which go first, and the policy's `drive`. An exact policy is shown
     its own channels without noise and delay.
+
+    >>> from drillrig_env.evaluation.suites import suite
+    >>> from drillrig_env.policy import load
+    >>> episodes = run(load("lqg"), suite("default", rigs=5))
+    >>> episodes.lowest.shape  # rigs, control steps
+    (5, 600)
     """
     arguments = {**env, **suite.env, "drive": drive_of(policy)}
     if is_exact(policy):

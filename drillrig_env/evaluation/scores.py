@@ -1,4 +1,16 @@
-"""The scores of an episode, each from the true bit speed at 160 Hz."""
+"""The scores of an episode, each from the true bit speed at 160 Hz.
+
+>>> from drillrig_env.evaluation.runner import run
+>>> from drillrig_env.evaluation.scores import score, time_to_calm
+>>> from drillrig_env.evaluation.suites import suite
+>>> from drillrig_env.policy import load
+>>> episodes = run(load("lqg"), suite("default", rigs=5))
+>>> scores = score(episodes)
+>>> scores["mitigated"].tolist()
+[True, True, True, True, True]
+>>> [round(float(seconds), 1) for seconds in time_to_calm(episodes)]
+[5.0, 16.2, 7.6, 5.0, 5.0]
+"""
 
 from __future__ import annotations
 
@@ -49,6 +61,12 @@ def describe(rig: Rig, friction: Friction, target: FloatArray) -> dict[str, npt.
     `region` splits at the critical speed omega_c and at the fold (see `REGIONS` and `folds`); `hardness`
     is q, the negative friction slope at the target over the slope that the drive can bear. `target`
     (rad/s) and all entries have shape (n,).
+
+    >>> import numpy as np
+    >>> from drillrig_env import Friction, Rig
+    >>> rig, friction = Rig(), Friction(normal_force=np.array([20.0, 20.0, 20.0]))
+    >>> describe(rig, friction, np.array([2.0, 3.0, 6.0]))["region"].tolist()
+    ['below', 'bistable', 'above']
     """
     return _described(rig, friction, target, critical_speed(rig, friction), folds(rig, friction))
 
@@ -80,6 +98,13 @@ def describe_fleet(
     Of a fleet of several rigs the fold is left out (NaN), since a rig takes a third of a second to be followed to it:
     `region` then tells only whether the target is below the critical speed or above. Where steady rotation has no one
     critical speed, that is infinite.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Friction, Rig
+    >>> rigs, place = [Rig(), Rig(J_1=0.0576)], np.array([0, 1])
+    >>> found = describe_fleet(rigs, place, Friction(np.array([20.0, 20.0])), np.array([2.0, 3.0]))
+    >>> [round(float(torque), 3) for torque in found["steady_torque"]]
+    [0.322, 0.306]
     """
     table = friction.as_array(len(target))
     parts: list[tuple[npt.NDArray[np.intp], dict[str, npt.NDArray[np.generic]]]] = []
@@ -136,6 +161,11 @@ def folds(rig: Rig, friction: Friction) -> FloatArray:
     NaN where friction is so weak that there is no stick-slip: calm rotation is all there is. Infinite
     where friction is too strong for stick-slip that could be followed, far beyond what the drive reaches, and where the
     rig is one of which no orbit is found.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Friction, Rig
+    >>> [round(float(speed), 2) for speed in folds(Rig(), Friction(normal_force=np.array([10.0, 20.0])))]
+    [2.9, 4.79]
     """
     try:
         return np.atleast_1d(end_of_stick_slip(rig, friction).speed)

@@ -2,6 +2,23 @@
 
 Episodes of a fleet are no independent draws where several have the same rig: what is drawn anew there are the rigs,
 each with all of its episodes (`over_rigs`).
+
+Wilson: J. Am. Stat. Assoc. 22, 1927; bootstrap: Efron, Ann. Statist. 7, 1979; interquartile mean: Agarwal et al.,
+NeurIPS 2021.
+
+>>> import numpy as np
+>>> from drillrig_env.evaluation.statistics import difference, mean, median, over_rigs, over_seeds, rate
+>>> mitigated = np.array([True] * 18 + [False] * 2)
+>>> share = rate(mitigated)
+>>> round(share.value, 2), round(share.low, 2), round(share.high, 2)
+(0.9, 0.7, 0.97)
+>>> seconds = np.array([6.0, 7.0, 7.5, 8.0, 9.0, 60.0])
+>>> median(seconds).value, round(mean(seconds).value, 2)
+(7.75, 16.25)
+>>> difference(mitigated, np.zeros(20, dtype=bool)).value
+0.9
+>>> over_rigs(mitigated, np.arange(20) // 4).count, over_seeds([0.91, 0.97, 0.99], count=1000).count
+(20, 1000)
 """
 
 from __future__ import annotations
@@ -127,7 +144,12 @@ def over_seeds(values: Sequence[float] | npt.NDArray[np.float64], count: int) ->
 
 
 def interquartile_mean(values: npt.NDArray[np.float64], axis: int = -1) -> Any:
-    """Mean of the middle half of the values along an axis."""
+    """Mean of the middle half of the values along an axis.
+
+    >>> import numpy as np
+    >>> round(float(interquartile_mean(np.array([0.1, 0.9, 0.92, 0.95, 0.97, 0.99, 1.0, 1.0]))), 3)
+    0.958
+    """
     return stats.trim_mean(values, _TRIMMED, axis=axis)
 
 

@@ -1,4 +1,13 @@
-"""Suites: the rigs that every policy faces, with starts, loads, disturbances and seeds of their own."""
+"""Suites: the rigs that every policy faces, with starts, loads, disturbances and seeds of their own.
+
+>>> from drillrig_env.evaluation.suites import degraded_suite, drift_suite, load_suite, suite, unknown_suite, wide_suite
+>>> [made(100).rigs for made in (wide_suite, load_suite, degraded_suite, drift_suite, unknown_suite)]
+[100, 100, 100, 100, 1600]
+>>> suite("degraded", rigs=10).env["noise"]
+2.0
+>>> suite("default", rigs=10).only(3).first_seed == suite("default", rigs=10).first_seed + 3
+True
+"""
 
 from __future__ import annotations
 
@@ -124,6 +133,9 @@ def chapter_suite(_rigs: int, scales: Scales = _CHAPTER) -> Suite:
     """The chapter's own cases: 10 N and 20 N over 1 to 5 rad/s, and 25 N stepped on at 3.0 and 3.14 rad/s.
 
     `scales` are those of the rig; the number of rigs is given.
+
+    >>> chapter_suite(0).rigs
+    44
     """
     time, speed, force = scales.time, scales.speed, scales.force
     targets = np.arange(10, 51, 2) / 10 * speed
@@ -184,6 +196,9 @@ def unknown_hard_suite(rigs: int = 256, scales: Scales = _CHAPTER) -> Suite:
     """As `unknown`, within a factor of 3 and with up to twice the delay.
 
     `rigs` is how many the fleet has, `scales` are those of the nominal one.
+
+    >>> unknown_hard_suite(100).scenario.rigs.spread["k_2"]
+    3.0
     """
     spread = {**dict.fromkeys(UNKNOWN, 3.0), "motor": UNKNOWN["motor"]}
     return _of_fleet("unknown_hard", "rigs that nobody knows at all, seen late", spread, (1, 4), rigs, scales)

@@ -35,6 +35,13 @@ class AtHome(ABC):
     """A policy that knows its environment: the id `env_id`, and the arguments `env_kwargs` beside those of the id.
 
     `known_as` is the name by which it was found, which errors and warnings say; empty for one that nobody looked for.
+
+    >>> from drillrig_env.policy import load
+    >>> policy = load("lqg")
+    >>> isinstance(policy, AtHome), policy.env_id
+    (True, 'DrillRig-v0')
+    >>> policy.make_vec(16, duration=2.0).num_envs
+    16
     """
 
     known_as: str = ""

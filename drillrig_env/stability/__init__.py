@@ -1,6 +1,20 @@
 """What the equations promise: equilibria, periodic orbits, and the speeds at which behaviour changes.
 
 Functions take the rig and the friction as `Rig.of` and `Friction.of` do: a record, a dictionary of changes, a file.
+
+>>> from drillrig_env import Friction, Rig, stability
+>>> rig, friction = Rig(), Friction(normal_force=10.0)
+>>> round(float(stability.critical_speed(rig, friction)), 3)  # rad/s
+1.995
+>>> round(float(stability.fold_speed(rig, friction)), 3)
+2.901
+>>> orbit = stability.stick_slip_orbit(rig, friction, speed_reference=2.0)
+>>> round(orbit.period, 2), round(orbit.stuck, 2)  # s, and the share of it at which the bit stands
+(2.35, 0.14)
+>>> [point.label for point in stability.hopf_points(rig, friction)]
+['H1', 'H2']
+>>> stability.end_of_stick_slip(rig, friction).kind
+'grazing'
 """
 
 from drillrig_env.stability.bifurcation import (

@@ -189,6 +189,11 @@ def force_diagram(
     p2 runs from the N_1 at which `speed_reference` is the fold up to that at which it is the critical
     speed; p1 ends at the former, or at the N_1 with which stick-slip ends at this speed. Raises
     `NoOrbitError` where the largest N_1 brings no stick-slip.
+
+    >>> from drillrig_env import Friction, Rig
+    >>> loads, _ = force_diagram(Rig(), Friction(), speed_reference=2.5, points=4)
+    >>> loads.label, loads.points.dtype.names[:2]
+    ('p1', ('speed_reference', 'normal_force'))
     """
     rig, friction = Rig.of(rig), Friction.of(friction).single()
     largest, load = float(friction.normal_force), float(load_of(rig, friction))

@@ -30,6 +30,12 @@ def characteristic_polynomial(rig: Rig, slope: float) -> FloatArray:
     """Coefficients 1, a_1, ..., a_7 of (4-22) for a friction slope Delta T_r1 (N m s/rad); shape (8,).
 
     `rig` is one rig.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Rig, model
+    >>> roots = np.roots(characteristic_polynomial(Rig(), slope=-0.01))
+    >>> bool(np.isclose(roots.real.max(), np.linalg.eigvals(model.jacobian(Rig(), slope=-0.01)).real.max()))
+    True
     """
     coefficients = impedance_fraction(rig).characteristic(Fraction(slope))[::-1]
     return np.array([float(value / coefficients[0]) for value in coefficients])
@@ -39,6 +45,10 @@ def hurwitz_matrix(coefficients: FloatArray) -> FloatArray:
     """The matrix H of (4-23) from 1, a_1, ..., a_n; shape (n, n). Its entry (i, j) is a_(2j - i), from 1.
 
     `coefficients` are these, shape (n + 1,).
+
+    >>> from drillrig_env import Rig
+    >>> hurwitz_matrix(characteristic_polynomial(Rig(), slope=-0.01)).shape
+    (7, 7)
     """
     order = len(coefficients) - 1
     i, j = np.indices((order, order)) + 1
@@ -67,6 +77,11 @@ def minor_polynomials(rig: Rig) -> list[Chebyshev]:
 
     Delta_i has degree i at most, so its interpolant at i + 1 points is the polynomial itself. Each
     object evaluates, differentiates and has `roots()`.
+
+    >>> import numpy as np
+    >>> from drillrig_env import Rig
+    >>> bool(np.isclose(minor_polynomials(Rig())[0](-0.01), hurwitz_minors(Rig(), slope=-0.01)[0]))
+    True
     """
     minors = []
     for i in range(7):

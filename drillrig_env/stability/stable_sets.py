@@ -38,6 +38,10 @@ def stable_slopes(rig: RigLike) -> FloatArray:
 
     No row: none is. The upper end of the last row is infinite where every slope above is stable. Raises
     `FloatingPointError` for a rig whose borders no double can hold.
+
+    >>> from drillrig_env import Rig
+    >>> [round(float(slope), 4) for slope in stable_slopes(Rig()).ravel()]  # N m s/rad
+    [-0.0128, inf]
     """
     return np.array([[low.slope, high.slope] for low, high in stable_set(Rig.of(rig))]).reshape(-1, 2)
 

@@ -42,6 +42,9 @@ def parse_map(words: Sequence[str]) -> dict[str, str]:
     """The mapping of columns in words such as `Bit_Speed=bit_speed:rpm`, as `read_record` takes it.
 
     Raises `ValueError` for a word that is none, and for what `bit_speed:rpm` may not be.
+
+    >>> parse_map(["RPM surf=top_speed:rpm", "WOB=normal_force:kN"])
+    {'RPM surf': 'top_speed:rpm', 'WOB': 'normal_force:kN'}
     """
     mapping = {}
     for word in words:

@@ -114,6 +114,12 @@ def check_reference(record: Record, reference: FloatArray) -> None:
 
     The second half of the record counts. What stands out are the ratios of two units, and more than four times the
     reference; a drive may well fall short of it.
+
+    >>> import numpy as np
+    >>> from drillrig_env.calibrate import Record
+    >>> time = np.arange(0.0, 10.0, 0.1)
+    >>> record = Record("a run", "", time, {"top_speed": np.full(100, 3.0)})
+    >>> check_reference(record, np.full(100, 3.0))
     """
     name = "top_speed" if "top_speed" in record.speeds else next(iter(record.speeds))
     late = record.time >= 0.5 * record.time[-1]
