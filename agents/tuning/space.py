@@ -77,6 +77,19 @@ class Dimension:
             return self.text.format(drawn)
         return float(f"{drawn:.3g}") if isinstance(drawn, float) and not self.choices else drawn
 
+    def drawn(self, value: Any) -> Any:
+        """What would have to be drawn for a hyperparameter of this `value`; None where it cannot be drawn."""
+        if self.choices:
+            return value if value in self.choices else None
+        try:
+            before, _, rest = self.text.partition("{")
+            number = float(str(value).removeprefix(before).removesuffix(rest.partition("}")[2]))
+        except ValueError:
+            return None
+        whole = isinstance(self.low, int) and isinstance(self.high, int)
+        found = int(number) if whole else number
+        return found if self.low <= number <= self.high and found == number else None
+
 
 @dataclass(frozen=True)
 class Space:
@@ -102,6 +115,17 @@ class Space:
     def distributions(self) -> dict[str, Any]:
         """What Optuna draws from, by name."""
         return {one.name: one.distribution for one in self.dimensions}
+
+    def own(self) -> dict[str, Any]:
+        """What would have to be drawn for the file's own hyperparameters, of those that can be drawn."""
+        found = {}
+        for one in self.dimensions:
+            outer, dot, inner = one.name.partition(".")
+            value = self.table.get(outer)
+            value = (value or {}).get(inner) if dot else value
+            if (drawn := one.drawn(value)) is not None:
+                found[one.name] = drawn
+        return found
 
     def changes(self, drawn: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
         """What was drawn as changes to the hyperparameters in a `table`."""

@@ -68,6 +68,8 @@ class Study:
         )
         tries = len(self.optuna.get_trials(deepcopy=False))  # one that goes on is not to draw the first tries again
         self.optuna.sampler = optuna.samplers.TPESampler(seed=question.base["seed"] + tries, n_startup_trials=10)
+        if not tries:  # what the file has already is what others are to be better than
+            self.optuna.enqueue_trial(question.space.own())
 
     def take_up_cut(self) -> int:
         """Put tries that a kill has cut in front of those to come, and say how many there are."""

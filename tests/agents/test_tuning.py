@@ -37,6 +37,8 @@ def question(tmp_path, **changes):
 def test_the_projects_own_files_say_what_to_look_through(algorithm):
     space = Space.of(algorithm, "DrillRig-v0")
     assert len(space.dimensions) >= 5
+    assert [one.name for one in space.dimensions] == list(space.own())
+    assert f"lin_{float(space.table['learning_rate'][4:]):.3g}" == space.changes(space.own(), {})["learning_rate"]
     assert "search" not in hyperparameters(algorithm, "DrillRig-v0")
 
 
@@ -69,6 +71,11 @@ def test_what_is_drawn_becomes_hyperparameters():
         {"learning_rate": 0.002, "imitation.rounds": 3}, {"imitation": {"teacher": "lqg", "rounds": 5}}
     )
     assert found == {"learning_rate": "lin_0.002", "imitation": {"teacher": "lqg", "rounds": 3}}
+    assert (rate.drawn("lin_0.002"), rate.drawn("lin_1.0"), rate.drawn("cos_0.002"), rate.drawn(None)) == (
+        0.002,
+        *3 * [None],
+    )
+    assert (rounds.drawn(5), rounds.drawn(2.5), Dimension.of("n", {"choices": [64, 128]}).drawn(64)) == (5, None, 64)
     assert seed_of({"a": 1}, 5) == seed_of({"a": 1}, 0) + 5 != seed_of({"a": 2}, 0) + 5
 
 
@@ -131,8 +138,16 @@ def test_a_study_ends_with_its_budget_and_writes_what_it_found(tmp_path, monkeyp
     assert len(lines) <= 12
 
 
+def test_a_study_begins_with_what_the_file_has(tmp_path, monkeypatch):
+    pretends = Pretends()
+    asked = Question.of(Training(conf_file=conf(tmp_path, gamma=0.95, n_epochs=2, n_steps=32)), rigs=4)
+    searched(tmp_path / "study", asked, pretends, monkeypatch, steps=2000)
+    assert {name: pretends.asked[0][name] for name in ("gamma", "n_epochs")} == {"gamma": 0.95, "n_epochs": 2}
+    assert pretends.asked[0]["n_steps"] in range(8, 17)  # 32 is not looked at
+
+
 def test_a_study_that_was_cut_goes_on_with_the_try_that_was_cut(tmp_path, monkeypatch):
-    asked, pretends = question(tmp_path), Pretends(stop_at=(3, 4))
+    asked, pretends = question(tmp_path), Pretends(stop_at=(3, 1))
     with pytest.raises(KeyboardInterrupt) as stop:
         searched(tmp_path / "study", asked, pretends, monkeypatch)
     assert "the same command goes on" in stop.value.__notes__[0]
