@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,7 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.policy.environment import batch_of
+from agents.training.hyperparameters import algorithm_class
 from agents.training.imitation import actor_of
 
 
@@ -18,6 +21,15 @@ def stagger(env: VecEnv) -> None:
     """Let the first episodes end one after another, so that a rollout holds all of their phases."""
     core = batch_of(env).core
     core.episodes["step"] = np.arange(len(core)) * core.steps // len(core)
+
+
+def steps_held(algorithm: str, chosen: Mapping[str, Any]) -> int:
+    """Steps of the environment for which hyperparameters hold the actor of an algorithm, while its critic learns."""
+    kind = algorithm_class(algorithm)
+    name = "n_steps" if issubclass(kind, OnPolicyAlgorithm) else "train_freq"
+    rollout = chosen.get(name, inspect.signature(kind).parameters[name].default)
+    length = rollout[0] if isinstance(rollout, list | tuple) else rollout
+    return int(chosen.get("critic_iterations", 0) * length * chosen.get("n_envs", 1))
 
 
 class WarmUp(BaseCallback):

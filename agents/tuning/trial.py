@@ -11,6 +11,7 @@ from typing import Any
 from agents.training.hyperparameters import hyperparameters
 from agents.training.settings import Training, checked_config
 from agents.training.train import try_out
+from agents.training.warm_up import steps_held
 from agents.tuning.objective import Watch, objective_named, validation_suite, worth_of
 from agents.tuning.space import Space, seed_of
 
@@ -47,9 +48,15 @@ class Question:
         return int(self.base["hyperparameters"]["n_timesteps"])
 
     @property
-    def first_look(self) -> int:
-        """Steps after which a try is looked at first, and may be ended."""
+    def every(self) -> int:
+        """Steps between two looks at a try."""
         return max(1, self.steps // _LOOKS)
+
+    @property
+    def first_look(self) -> int:
+        """Steps from which on a try may be ended: before its actor learns, all are worth what they have imitated."""
+        held = steps_held(self.base["algorithm"], self.base["hyperparameters"])
+        return min(held + self.every, self.steps)
 
     def config(self, drawn: Mapping[str, Any]) -> dict[str, Any]:
         """Everything that fixes the training of what was drawn. `ValueError` where that is not allowed."""
@@ -74,7 +81,7 @@ class Question:
         config = self.config(drawn)
         watch = Watch(
             lambda model: worth_of(model, config, self.objective, self.suite, self.rigs, self.threads),
-            self.first_look,
+            self.every,
             told,
         )
         with tempfile.TemporaryDirectory(prefix="drillrig-try-") as folder:

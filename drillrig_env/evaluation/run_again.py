@@ -7,19 +7,21 @@ from pathlib import Path
 from drillrig_env.env.recorded import Recorded
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.scales import Scales
+from drillrig_env.verdict import WINDOW
 
 
 def suite_of(path: str | Path, lane: str = "A") -> tuple[Recorded, Suite]:
     """A run from a file that the control room has kept, and the suite of its one rig.
 
     Noise and delay are those of a `lane`. A policy that controlled it alone does what it did then, bit for bit.
-    Raises as `Recorded.read` does, and `ValueError` for a run without a control step.
+    Raises as `Recorded.read` does, and `ValueError` for a run that is too short to be judged.
     """
     run = Recorded.read(path)
-    if run.steps == 0:
-        raise ValueError(f"{path}: a run without a control step cannot be faced")
     own = run.environment(lane)
     scales = Scales.of(run.rig)
+    least = WINDOW * scales.time
+    if own["duration"] < least * (1.0 - 1e-9):
+        raise ValueError(f"{path}: a run of {own['duration']:.4g} s is not judged; allowed: {least:.4g} s or more")
     taken = {name: own[name] for name in ("noise", "delay", "slew_limit", "duration")}
     groups = ((1, {"start": run.start}),)
     about = f"the run of {Path(path).name}, {run.steps} control steps"

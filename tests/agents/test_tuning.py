@@ -138,6 +138,14 @@ def test_a_study_ends_with_its_budget_and_writes_what_it_found(tmp_path, monkeyp
     assert len(lines) <= 12
 
 
+def test_no_try_is_ended_before_its_actor_learns(tmp_path):
+    firsts = [Question.of(Training(algorithm=one)).first_look for one in ("ppo", "sac")]
+    assert firsts == [40 * 256 * 128 + 600_000, 750 * 64 + 8000]
+    assert question(tmp_path).first_look == 100
+    held = Question.of(Training(conf_file=conf(tmp_path, critic_iterations=100)), rigs=4)
+    assert held.first_look == held.steps
+
+
 def test_a_study_begins_with_what_the_file_has(tmp_path, monkeypatch):
     pretends = Pretends()
     asked = Question.of(Training(conf_file=conf(tmp_path, gamma=0.95, n_epochs=2, n_steps=32)), rigs=4)
