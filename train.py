@@ -106,7 +106,7 @@ def _tune(training: Training, engine: Engine, asked: Mapping[str, Any]) -> Path:
     names = {"objective": "objective", "objective_suite": "suite", "objective_rigs": "rigs"}
     question = Question.of(training, **{names[name]: asked[name] for name in names if name in asked})
     steps = asked.get("budget_steps", _TRIES * question.steps)
-    study = search(folder, question, steps, hours, engine)
+    study = search(folder, question, steps, hours, engine, progress=training.progress)
     print(study.table())
     best = f"python train.py {training.algorithm} --env {training.env_id} --conf-file {folder / 'best.yml'}"
     print(f"to train with the best: {best} --seeds 5")

@@ -47,7 +47,7 @@ def train(training: Training) -> Path:
 
 def try_out(config: Mapping[str, Any], folder: Path, watched_by: Sequence[BaseCallback], threads: int | None) -> None:
     """Train as a config says, in an empty folder that is thrown away afterwards, with callbacks that watch."""
-    _learn(new_model(config, threads), folder, config, threads, progress=False, watched_by=watched_by)
+    _learn(new_model(config, threads), folder, config, threads, progress=False, watched_by=watched_by, kept=False)
 
 
 def resume(
@@ -120,8 +120,12 @@ def _learn(
     begun: bool = False,
     asked: Callable[[], bool] | None = None,
     watched_by: Sequence[BaseCallback] = (),
+    kept: bool = True,
 ) -> None:
-    """Learn until the total is reached or a stop is asked for. The checkpoint goes when the last model is whole."""
+    """Learn until the total is reached or a stop is asked for. The checkpoint goes when the last model is whole.
+
+    Where the folder is not `kept`, neither is what was learnt before a stop or an error.
+    """
     chosen = config["hyperparameters"]
     total = chosen["n_timesteps"]
     left = total - model.num_timesteps
@@ -147,11 +151,13 @@ def _learn(
             save_model(folder / MODEL, model)
             (folder / CHECKPOINT).unlink(missing_ok=True)
     except (ValueError, FloatingPointError) as error:
-        failure = Failed(f"{folder}: the training failed: {error}")
-        _keep(model, folder, total, failure)
+        failure = Failed(f"{folder}: the training failed: {error}" if kept else f"the training failed: {error}")
+        if kept:
+            _keep(model, folder, total, failure)
         raise failure from error
     except BaseException as end:
-        _keep(model, folder, total, end)
+        if kept:
+            _keep(model, folder, total, end)
         raise
     finally:
         shown.close()

@@ -6,9 +6,11 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Any
 
+from agents.tuning.shown import Shown
 from agents.tuning.study import Study, optuna_module
 from agents.tuning.trial import Question
 from agents.tuning.tries import STEPS, steps_of, worth
@@ -29,6 +31,7 @@ def search(
     hours: float | None,
     engine: Engine,
     say: Callable[[str], object] = print,
+    progress: bool = True,
 ) -> Study:
     """Search until all tries of the study have taken `steps` steps, or `hours` are over; its files are written.
 
@@ -40,12 +43,17 @@ def search(
     for name, value, unit in (("budget", steps, "steps"), ("hours", hours, "h")):
         if value is not None and not value > 0:
             raise refuse("tune", name, value, unit, "> 0")
+    if steps < question.steps:
+        raise ValueError(
+            f"tune: a budget of {steps:,} steps is less than one try; allowed: >= {question.steps:,} steps, or shorter "
+            "tries by --n-timesteps"
+        )
     check_writable(folder)
-    with owned(folder):
+    with owned(folder), Shown(progress) as shown:
         study = Study(folder, question)
         if cut := study.take_up_cut():
             say(f"{cut} {'try that was cut is' if cut == 1 else 'tries that were cut are'} begun again")
-        running = _Search(study, steps, hours, say)
+        running = _Search(study, steps, hours, say, shown)
         try:
             if is_ray(engine):
                 with engine:
@@ -65,9 +73,11 @@ def search(
 class _Search:
     """Asks the study for tries, tells it of them, and says when there are enough."""
 
-    def __init__(self, study: Study, steps: int, hours: float | None, say: Callable[[str], object]) -> None:
-        self.study, self.steps, self.say = study, steps, say
-        self.end = None if hours is None else time.monotonic() + 3600.0 * hours
+    def __init__(
+        self, study: Study, steps: int, hours: float | None, say: Callable[[str], object], shown: Shown
+    ) -> None:
+        self.study, self.steps, self.say, self.shown = study, steps, say, shown
+        self.begun, self.seconds = time.monotonic(), inf if hours is None else 3600.0 * hours
         self.failures, self.last_error = 0, ""
         self._open: dict[int, Any] = {}
         self._spent = study.spent
@@ -75,13 +85,20 @@ class _Search:
 
     def enough(self) -> bool:
         """Whether the budget of steps or time is spent, or tries only fail."""
-        late = self.end is not None and time.monotonic() > self.end
-        return late or self._spent + sum(self._of.values()) >= self.steps or self.failures >= _FAILURES
+        return self._share() >= 1.0 or self.failures >= _FAILURES
+
+    def _share(self) -> float:
+        """The share of the budget that is spent, of steps or of time."""
+        return max(self._steps() / self.steps, (time.monotonic() - self.begun) / self.seconds)
+
+    def _steps(self) -> int:
+        return self._spent + sum(self._of.values())
 
     def ask(self) -> tuple[int, dict[str, Any]]:
         """The next try."""
         trial = self.study.optuna.ask(self.study.question.space.distributions())
         self._open[trial.number], self._of[trial.number] = trial, 0
+        self.shown.tell(trial.number, "begins", self._share())
         return trial.number, dict(trial.params)
 
     def told(self, number: int, steps: int, worth: float) -> None:
@@ -91,6 +108,8 @@ class _Search:
             trial.report(worth, steps)
             trial.set_user_attr(STEPS, steps)
             self._of[number] = steps
+            of = self.study.question.steps
+            self.shown.tell(number, f"is worth {worth:.4f} after {steps:,} of {of:,} steps", self._share())
 
     def ended(self, number: int, error: str | None = None) -> None:
         """Keep how a try ended."""
@@ -111,8 +130,7 @@ class _Search:
         else:
             self.study.optuna.tell(trial, state=states.PRUNED)
             how = f"{worth(held):.4f}, ended early after {steps_of(held):,} steps"
-        spent = self._spent + sum(self._of.values())
-        self.say(f"try {number}: {how}; {spent:,} of {self.steps:,} steps")
+        self.say(f"try {number}: {how}; {self._steps():,} of {self.steps:,} steps")
         self.study.write(picture=False)
 
     def here(self) -> None:
@@ -128,5 +146,5 @@ class _Search:
 
     def _falls_behind(self, number: int, steps: int, worth: float) -> bool:
         self.told(number, steps, worth)
-        late = self.end is not None and time.monotonic() > self.end
+        late = time.monotonic() - self.begun > self.seconds
         return late or (steps < self.study.question.steps and bool(self._open[number].should_prune()))

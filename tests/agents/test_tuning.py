@@ -5,9 +5,11 @@ import sys
 
 import pytest
 import yaml
+from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.training.hyperparameters import hyperparameters
 from agents.training.settings import Training
+from agents.training.train import try_out
 from agents.tuning import objective, search, study, trial
 from agents.tuning.objective import OBJECTIVES, validation_suite
 from agents.tuning.space import Dimension, Space, seed_of
@@ -173,6 +175,34 @@ def test_a_study_that_was_cut_goes_on_with_the_try_that_was_cut(tmp_path, monkey
 def test_tries_that_only_fail_end_the_search(tmp_path, monkeypatch):
     with pytest.raises(Failed, match="5 tries failed one after another; the last: never"):
         searched(tmp_path / "study", question(tmp_path), Pretends(fails=True), monkeypatch)
+
+
+def test_a_budget_below_one_try_is_refused(tmp_path, monkeypatch):
+    with pytest.raises(ValueError, match="a budget of 999 steps is less than one try; allowed: >= 1,000 steps"):
+        searched(tmp_path / "study", question(tmp_path), Pretends(), monkeypatch, steps=999)
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_try_that_is_stopped_while_it_begins_says_nothing_of_its_own_folder(tmp_path):
+    class Stop(BaseCallback):
+        def _on_training_start(self):
+            raise KeyboardInterrupt
+
+        def _on_step(self):
+            return True
+
+    with pytest.raises(KeyboardInterrupt) as stop:
+        try_out(question(tmp_path).config({}), tmp_path, [Stop()], 1)
+    assert not getattr(stop.value, "__notes__", ())
+
+
+def test_it_is_told_how_far_a_search_is(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("agents.tuning.shown._SECONDS", -1.0)
+    searched(tmp_path / "study", question(tmp_path), Pretends(), monkeypatch, steps=2000)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "try 0 begins; 0% of the budget is spent"
+    assert lines[5].startswith("try 0 is worth 0.")
+    assert lines[5].endswith("after 500 of 1,000 steps; 25% of the budget is spent")
 
 
 def test_several_at_a_time_are_for_ray(tmp_path, monkeypatch):

@@ -141,3 +141,14 @@ def test_a_run_that_cannot_be_evaluated_is_said_in_a_sentence(tmp_path, capsys):
         main(["constant", "--run", str(tmp_path / "none.json"), "--output", str(tmp_path / "results")])
     assert ended.value.code == 2
     assert "there is no file" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_run_too_short_to_be_judged_is_refused(stock, tmp_path, capsys):
+    lanes = Lanes(Setting(a="constant"), stock)
+    lanes.step()
+    lanes.as_recorded().write(tmp_path / "run.json")
+    with pytest.raises(SystemExit) as ended:
+        main(["constant", "--run", str(tmp_path / "run.json"), "--output", str(tmp_path / "results")])
+    assert ended.value.code == 2
+    assert "run.json: a run of 0.1 s is not judged; allowed: 10 s or more" in capsys.readouterr().err
