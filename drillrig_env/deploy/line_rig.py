@@ -155,6 +155,9 @@ class LineRig(ConnectedRig):
 
 def _host_and_port(address: str) -> tuple[str, int]:
     host, _, port = address.rpartition(":")
-    if not host or not port.isdigit() or not 0 < int(port) < 65_536:
-        raise ValueError(f"address {address!r} is not allowed; allowed: HOST:PORT, such as 127.0.0.1:5025")
+    digits = port.isascii() and port.isdigit()
+    if not host or "/" in host or not digits or not 0 < int(port) < 65_536:
+        raise ValueError(
+            f"address {address!r} is not allowed; allowed: HOST:PORT, such as 127.0.0.1:5025, or opc.tcp://HOST:PORT"
+        )
     return host.strip("[]"), int(port)

@@ -22,8 +22,9 @@ from __future__ import annotations
 import csv
 import io
 import json
+import secrets
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from errno import ENOSPC
 from os import strerror
@@ -35,6 +36,10 @@ from drillrig_env.deploy.supervisor import Supervisor
 
 _AFTER = ("speed_reference [rad/s]", "speed_target [rad/s]", "command [rad/s]", "state", "told [rad/s]", "operator",
           "ages", "samples", "events")  # fmt: skip
+
+_BEGINNING = ("policy", "file", "sha256", "limits", "time", "reference", "target", "measurements")
+_ROOM = 16_384
+"""Bytes that must fit on the disk of a log that is to be begun."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,8 @@ class Log:
 
     def __init__(self, path: str | Path, supervisor: Supervisor, measurements: Mapping[str, Any]) -> None:
         self.supervisor, self.path = supervisor, path
-        self._file = Path(path).open("wb", buffering=0)  # noqa: SIM115  # closed at the end of the block
+        with _named(path):
+            self._file = Path(path).open("wb", buffering=0)  # noqa: SIM115  # closed at the end of the block
         self._whole, self.failed = 0, ""
         policy = supervisor.controller.file
         about = {
@@ -80,7 +86,8 @@ class Log:
         names = [f"{name} [{unit}]" for name, unit in zip(self._channels, units, strict=True)]
         self._told = len(supervisor.events.kept)
         try:
-            self._append(f"# {json.dumps(about)}\n" + _line(["time [s]", *names, *_AFTER]))
+            with _named(path):
+                self._append(f"# {json.dumps(about)}\n" + _line(["time [s]", *names, *_AFTER]))
         except OSError:
             self._file.close()
             raise
@@ -137,6 +144,34 @@ class Log:
         )
 
 
+def check_log(path: str | Path) -> None:
+    """Raise `OSError`, naming it, where a log cannot be begun in the file at `path`; to be asked before a rig is armed.
+
+    It leaves a file that is there as it is, and none where there is none.
+    """
+    path = Path(path)
+    with _named(path):
+        if path.is_file() or not path.exists():
+            probe = path.with_name(f".{secrets.token_hex(8)}")
+            try:
+                probe.write_bytes(bytes(_ROOM))
+            finally:
+                probe.unlink(missing_ok=True)
+        if path.exists():
+            with path.open("ab", buffering=0) as file:
+                if not path.is_file():  # a device, to which one line more does nothing
+                    file.write(b"\n")
+
+
+@contextmanager
+def _named(path: str | Path) -> Iterator[None]:
+    """Say of what fails in the block that it is the log of that path."""
+    try:
+        yield
+    except OSError as error:
+        raise type(error)(f"the log {path} cannot be begun: {(error.strerror or str(error)).lower()}") from error
+
+
 def read_log(path: str | Path) -> tuple[dict[str, Any], Iterator[Row]]:
     """How a log began, and its rows. `ValueError` where it is no log of this kind, or a row is damaged.
 
@@ -144,11 +179,12 @@ def read_log(path: str | Path) -> tuple[dict[str, Any], Iterator[Row]]:
 
     A last row that a crash has cut short is left out.
     """
-    with Path(path).open(encoding="utf-8", newline="") as file:
+    with Path(path).open(encoding="utf-8", errors="replace", newline="") as file:
         first, *lines = file.read().split("\n")
     try:
         about = json.loads(first.removeprefix("# "))
-        about["sha256"], about["limits"], about["measurements"]
+        for name in _BEGINNING:
+            about[name]
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{path} is no log of a controller: its first line does not tell how it began") from error
     return about, _rows(str(path), lines[:-1])
@@ -158,21 +194,22 @@ def _rows(source: str, lines: list[str]) -> Iterator[Row]:
     for number, cells in enumerate(csv.DictReader(lines), start=3):
         try:
             names = [name for name in cells if name.endswith("]") and name not in (*_AFTER, "time [s]")]
-            measured: dict[str, Any] = {name.partition(" ")[0]: _number(cells[name]) for name in names}
+            measured: dict[str, Any] = {name.partition(" ")[0]: _number(cells, name) for name in names}
             measured |= json.loads(cells["samples"]) if cells["samples"] else {}
-            command = float(cells["command [rad/s]"])
             yield Row(
-                float(cells["time [s]"]),
+                _there(cells, "time [s]"),
                 measured,
-                float(cells["speed_target [rad/s]"]),
-                command,
-                _number(cells["told [rad/s]"]),
+                _there(cells, "speed_target [rad/s]"),
+                _there(cells, "command [rad/s]"),
+                _number(cells, "told [rad/s]"),
                 cells["operator"],
                 json.loads(cells["ages"]) if cells["ages"] else {},
                 cells["state"],
             )
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise ValueError(f"{source}, line {number}: no row of a log ({error})") from error
+        except KeyError as error:
+            raise ValueError(f"{source}: the column {error} is missing") from error
+        except (TypeError, ValueError, AttributeError) as error:
+            raise ValueError(f"{source}, line {number}: no row of a log: {error}") from error
 
 
 def _line(cells: list[str]) -> str:
@@ -186,8 +223,21 @@ def _text(number: float | None) -> str:
     return "" if number is None else repr(float(number))
 
 
-def _number(cell: str) -> float | None:
-    return float(cell) if cell else None
+def _number(cells: Mapping[str, Any], name: str) -> float | None:
+    cell = cells[name]
+    if cell is None:
+        raise ValueError(f"it ends before {name}")
+    try:
+        return float(cell) if cell else None
+    except ValueError:
+        raise ValueError(f"{name} is {cell!r}, which is no number") from None
+
+
+def _there(cells: Mapping[str, Any], name: str) -> float:
+    number = _number(cells, name)
+    if number is None:
+        raise ValueError(f"{name} is empty")
+    return number
 
 
 def _plain(value: Any) -> Any:

@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from drillrig_env.allowed import COUNT
-from drillrig_env.deploy.log import Log, Row
+from drillrig_env.deploy.log import Log, Row, check_log
 from drillrig_env.deploy.supervisor import Supervisor
 from drillrig_env.parameters import checked
 
@@ -110,9 +110,12 @@ def run_loop(
     that the step itself is quick; it is for the system's own time. `clock` and `sleep` are those of the system. A beat
     that has passed, or that comes less than half a period after a late one, is left out, never made up for. When the
     loop ends, whatever ends it, the drive keeps its last reference: a watchdog on the rig's side takes over. Raises
-    `ValueError` as `Supervisor.start` does.
+    `ValueError` as `Supervisor.start` does, and `OSError` where the log cannot be begun, before `reference` is asked.
     """
     count = checked("run_loop", "steps", steps, "", COUNT)
+    supervisor.controller.target = target  # what is not allowed is refused before a rig is armed
+    if log is not None:
+        check_log(log)
     period, timing, beat = supervisor.controller.period, Timing(), 0
     with ExitStack() as opened, _no_pauses():
         first = rig.measure()

@@ -7,7 +7,8 @@
 It begins from the speed reference that the drive has. What the supervisor does is printed, and why; docs/hardware.md
 tells of its states and limits. Ctrl-C, or SIGTERM, ramps the rig down to a stand and gives it back; a second one ends
 at once and leaves the rig to its own watchdog. The log is a record for `drillrig calibrate`, and `drillrig replay`
-plays it again. Where it cannot be written any more, the rig is controlled on, and the exit code is 1 at the end.
+plays it again. The exit code is 1 at the end where the log could not be written any more, the rig being controlled on,
+and where the time is over while the policy does not control the rig: in hold, fallback, ramp or stopped.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ from drillrig_env.allowed import POSITIVE, File
 from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.deploy.connection import Connection, compare, connect
 from drillrig_env.deploy.limits import Limits
+from drillrig_env.deploy.log import check_log
 from drillrig_env.deploy.loop import Operator, run_loop
 from drillrig_env.deploy.policy_file import shipped_policies
 from drillrig_env.deploy.stopping import Stopping, asked_to_stop
 from drillrig_env.deploy.supervisor import State, Supervisor
 from drillrig_env.deploy.token import read_token
-from drillrig_env.files import check_writable_file
 from drillrig_env.flags import add_fields, given_fields, of_kind
 
 _ENDLESS = 2**62
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig run") -> 
     parser = _parser(prog)
     chosen = parser.parse_args(arguments)
     if chosen.log is not None:
-        check_writable_file(chosen.log)
+        check_log(chosen.log)
         if chosen.log.is_file():  # what a rig did cannot be computed again
             parser.error(f"--log {chosen.log} is there already; allowed: the name of a new file")
     try:
@@ -114,6 +115,8 @@ def _control(supervisor: Supervisor, rig: Connection, chosen: Any) -> None:
         raise Failed(failed[0].reason)
     if stopping.asked:
         raise stopping.as_exception()
+    if supervisor.state is not State.NORMAL:
+        raise Failed(f"the time is over in the state {supervisor.state.value}: the policy does not control the rig")
 
 
 class _Hand:

@@ -23,7 +23,8 @@ def engine_at(where: str = LOCAL, jobs: int | None = None) -> Engine:
     if where == LOCAL:
         return Local(1 if jobs is None else jobs)
     host, _, port = where.removeprefix("ray://").rpartition(":")
-    if where not in ("ray", "auto") and not (where.startswith("ray://") and host and port.isdigit()):
+    elsewhere = where.startswith("ray://") and host and port.isascii() and port.isdigit() and 0 < int(port) < 65_536
+    if where not in ("ray", "auto") and not elsewhere:
         raise ValueError(f"--on {where} is not known; allowed: {ALLOWED}")
     from drillrig_env.engine.on_ray import OnRay
 

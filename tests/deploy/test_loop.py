@@ -2,6 +2,7 @@
 
 import gc
 from errno import ENOSPC
+from pathlib import Path
 from time import thread_time
 
 import numpy as np
@@ -98,10 +99,18 @@ def test_a_log_that_was_changed_is_noticed(logged, tmp_path, capsys):
     assert found.largest > 0.0
     assert main([str(changed)]) == 1
     assert "the first that differs is step 28" in capsys.readouterr().err
-    changed.write_text("".join([*lines[:30], "0.1,x\n"]))
+    changed.write_text("".join([*lines[:30], "0.1,2.0\n"]))
     with pytest.raises(SystemExit):
         main([str(changed)])
-    assert "line 31: no row of a log" in capsys.readouterr().err
+    assert "line 31: no row of a log: it ends before" in capsys.readouterr().err
+    changed.write_text("".join([*lines[:30], ",".join([*cells[:4], "abc", *cells[5:]])]))
+    with pytest.raises(
+        ValueError, match=r"line 31: no row of a log: string_torque \[N m\] is 'abc', which is no number"
+    ):
+        replay_log(changed)
+    changed.write_bytes(b"\xc9\xff\n" * 9)
+    with pytest.raises(ValueError, match=r"changed\.csv is no log of a controller"):
+        replay_log(changed)
     changed.write_text("".join(lines[1:]))
     with pytest.raises(ValueError, match="is no log of a controller"):
         replay_log(changed)
@@ -267,9 +276,18 @@ def test_the_operator_leaves():
     assert supervisor.state is State.NORMAL
 
 
-def test_what_cannot_be_run_is_refused():
+def test_what_cannot_be_run_is_refused(tmp_path):
     rig = DryRig(3)
     with pytest.raises(ValueError, match="steps = 0 is not allowed; allowed: whole, >= 1"):
         run_loop(Supervisor("constant"), rig, reference=1.0, target=2.0, steps=0)
+    asked = []
+    settings = {"reference": lambda: asked.append("armed") or 1.0, "steps": 1}
     with pytest.raises(ValueError, match="speed_target = 20"):
-        run_loop(Supervisor("constant"), rig, reference=1.0, target=20.0, steps=1)
+        run_loop(Supervisor("constant"), rig, target=20.0, **settings)
+    with pytest.raises(OSError, match=r"the log \S*nodir\S* cannot be begun: no such file or directory"):
+        run_loop(Supervisor("constant"), rig, target=2.0, log=tmp_path / "nodir" / "run.csv", **settings)
+    if Path("/dev/full").exists():
+        with pytest.raises(OSError, match="the log /dev/full cannot be begun: no space left on device"):
+            run_loop(Supervisor("constant"), rig, target=2.0, log="/dev/full", **settings)
+    assert not asked  # before a rig is armed
+    assert not any(tmp_path.iterdir())

@@ -13,7 +13,10 @@ def test_local_is_this_process_unless_jobs_are_told():
     assert (engine_at("local", 3).jobs, engine_at("local", 3).here) == (3, False)
 
 
-@pytest.mark.parametrize("word", ["laptop", "ray://", "ray://host", "ray://:10001", "ray://host:port", ""])
+@pytest.mark.parametrize(
+    "word",
+    ["laptop", "ray://", "ray://host", "ray://:10001", "ray://host:port", "ray://host:²", "ray://host:70000", ""],
+)
 def test_other_words_are_refused_with_those_that_are_known(word):
     with pytest.raises(ValueError, match=r"is not known; allowed: local, ray, auto .*, or ray://HOST:PORT"):
         engine_at(word)

@@ -144,6 +144,9 @@ def test_the_command_runs_a_policy_within_limits(tmp_path, capsys):
     [
         (["lgq", "--connect", "127.0.0.1:1"], 2, "did you mean lqg"),
         (["lqg", "--connect", "here"], 2, "address 'here' is not allowed; allowed: HOST:PORT"),
+        (["lqg", "--connect", "http://127.0.0.1:1"], 2, "127.0.0.1:5025, or opc.tcp://HOST:PORT"),
+        (["lqg", "--connect", "127.0.0.1:²"], 2, "allowed: HOST:PORT"),
+        (["lqg", "--connect", "127.0.0.1:1", "--log", "/nowhere/x.csv"], 1, "the log /nowhere/x.csv cannot be begun"),
         (["lqg", "--connect", "127.0.0.1:1"], 1, "there is no rig at 127.0.0.1:1: Connection refused"),
         (["lqg", "--connect", "127.0.0.1:1", "--rate", "-1"], 2, "allowed: > 0 rad/s^2"),
         (["lqg", "--connect", "127.0.0.1:1", "--lowest-reference", "20"], 2, "lowest_reference = 20.0 rad/s"),
@@ -154,6 +157,14 @@ def test_the_command_runs_a_policy_within_limits(tmp_path, capsys):
 def test_what_cannot_be_run_is_named(words, code, told, capsys):
     assert ended(["run", *words]) == code
     assert told in capsys.readouterr().err
+
+
+def test_an_end_without_the_policy_is_no_success(capsys):
+    with serving() as served:
+        words = ["run", "constant", "--connect", served.address, "--duration", "1", "--top-speed", "1"]
+        assert main(words) == 1
+        assert "the time is over in the state ramp: the policy does not control the rig" in capsys.readouterr().err
+        assert soon(lambda: served.station.state == "idle")
 
 
 def test_a_rig_that_does_not_offer_what_the_policy_wants_is_refused(capsys):
