@@ -69,7 +69,7 @@ def chromium() -> Iterator[Any]:
     try:
         from playwright.sync_api import sync_playwright
     except ImportError as error:
-        raise Failed("a browser needs Playwright: pip install '.[room-test]'") from error
+        raise Failed("a browser needs Playwright: pip install -e '.[room-test]'") from error
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=where, args=["--no-sandbox"])
         try:

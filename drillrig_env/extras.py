@@ -5,9 +5,9 @@ def missing(purpose: str, packages: str, extra: str) -> ImportError:
     """The error for a package that is not installed: who needs it, and how to get it, with the extra of that name.
 
     >>> str(missing("rendering", "pygame-ce", "render"))
-    "rendering needs pygame-ce; in a clone of DrillRig: pip install '.[render]'"
+    "rendering needs pygame-ce; in a clone of DrillRig: pip install -e '.[render]'"
     """
-    return ImportError(f"{purpose} needs {packages}; in a clone of DrillRig: pip install '.[{extra}]'")
+    return ImportError(f"{purpose} needs {packages}; in a clone of DrillRig: pip install -e '.[{extra}]'")
 
 
 _EXTRA_OF = {
@@ -40,7 +40,7 @@ def advice(error: ImportError) -> str | None:
     """What to tell of an import that failed for want of an extra; None where that is not why it failed.
 
     >>> advice(ModuleNotFoundError("No module named 'torch.nn'", name="torch.nn"))
-    "this needs torch; in a clone of DrillRig: pip install '.[agents]'"
+    "this needs torch; in a clone of DrillRig: pip install -e '.[agents]'"
     """
     if error.name is None:
         return str(error)  # a sentence of `missing`

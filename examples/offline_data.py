@@ -2,8 +2,13 @@
 ========================
 
 Episodes of a good policy, recorded with Minari's collector, as data for offline learning. For whole data sets of any
-policies there is ``python -m agents.dataset``. Needs the extra ``clients``.
+policies there is ``python -m agents.dataset``. Needs the extra ``clients``; what it draws:
+
+.. image:: /images/examples/offline_data.png
+   :alt: Bit speed over target in three episodes: from rest, or shaken by a step of the load, each comes back to 1
 """
+
+# sphinx_gallery_thumbnail_path = 'images/examples/offline_data.png'
 
 import matplotlib.pyplot as plt
 import minari

@@ -56,7 +56,7 @@ def test_a_command_that_needs_agents_says_what_to_install(words, run):
     assert ended.returncode == 1
     (line,) = ended.stderr.splitlines()
     assert line.startswith("error: ")
-    assert line.endswith("in a clone of DrillRig: pip install '.[agents]'")
+    assert line.endswith("in a clone of DrillRig: pip install -e '.[agents]'")
 
 
 @pytest.mark.parametrize(

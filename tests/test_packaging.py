@@ -65,7 +65,7 @@ def test_every_dependency_has_a_lower_bound():
 )
 def test_hints_of_what_to_install_name_an_extra_that_exists(extra):
     assert extra in PROJECT["optional-dependencies"]
-    assert f"pip install '.[{extra}]'" in str(missing("this", "that", extra))
+    assert f"pip install -e '.[{extra}]'" in str(missing("this", "that", extra))
 
 
 def test_no_hint_names_the_package_as_if_it_were_on_an_index():

@@ -21,6 +21,7 @@ from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
 from agents.shipping.card import SHARED_DRAWS, imitation_steps, training_minutes
 from docs.make.choices import choices, made
+from docs.make.contents import with_contents
 from docs.make.use import USE
 from drillrig_env import markdown
 from drillrig_env.evaluation.provenance import when_and_where
@@ -69,7 +70,7 @@ class _Agent:
 def page(docs: Path, trained: Path = TRAINED) -> str:
     """The page as Markdown. `ValueError` where the agent that it shows is not shipped."""
     found = _found(trained)
-    return _written(docs, found, _stored(docs, found), noise_and_delay.read_shares(docs))
+    return with_contents(_written(docs, found, _stored(docs, found), noise_and_delay.read_shares(docs)))
 
 
 def draw_pictures(docs: Path) -> list[Path]:

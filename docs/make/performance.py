@@ -17,6 +17,7 @@ from typing import Any
 
 from benchmarks.measure import note
 from benchmarks.parts import PARTS, Part
+from docs.make.contents import with_contents
 from drillrig_env import markdown
 from drillrig_env.evaluation.pictures import draw
 from drillrig_env.evaluation.provenance import in_words
@@ -66,7 +67,7 @@ def page(docs: Path) -> str:
     if "result" in words:
         parts.append(f"{words['result']}\n")
     parts += [_section(part, found.get(part.name), words.get(part.name, ""), docs) for part in PARTS]
-    return "\n".join([*parts, _made(found)])
+    return with_contents("\n".join([*parts, _made(found)]))
 
 
 def notes(path: Path) -> dict[str, str]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+from docs.make.contents import with_contents
 from drillrig_env.env.registration import ENVIRONMENTS
 from drillrig_env.evaluation.findings import where_each_fails, who_wins
 from drillrig_env.evaluation.histories import Histories, worth_showing
@@ -71,7 +72,7 @@ def page(docs: Path) -> str:
         parts += _environment(env, results)
     parts += _between(stored)
     parts += [_made(stored)]
-    return "\n".join(parts)
+    return with_contents("\n".join(parts))
 
 
 def draw_pictures(docs: Path) -> list[Path]:

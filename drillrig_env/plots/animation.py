@@ -9,7 +9,7 @@ takes over, and the animation ends once the bit has been calm at the target for 
 are what corresponds to them. A target between the critical speed and the fold shows most: there the same
 rig at the same speed ends calm where it began in stick-slip.
 
-Needs the extra `render`: in a clone, pip install '.[render]'
+Needs the extra `render`: in a clone, pip install -e '.[render]'
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ A package offers policies under the entry points `drillrig.policies`, each a cla
     [project.entry-points."drillrig.policies"]
     my_law = "my_package:MyLaw"
 
-Trained agents are found where the project's clone is at hand.
+Trained agents are found where the project's clone is at hand, as after `pip install -e '.[agents]'` in it.
 """
 
 from __future__ import annotations
@@ -32,6 +32,8 @@ GROUP = "drillrig.policies"
 _CLONE = Path(__file__).parents[2]
 _AGENTS = _CLONE / "agents" / "policy" / "finding.py"
 """How the clone finds trained agents: a module with `agent_names()` and `find_agent(name)`."""
+
+_FROM_CLONE = "where the project is installed from its clone and stays there: pip install -e '.[agents]'"
 
 
 class UnknownPolicyError(ValueError):
@@ -110,9 +112,10 @@ def find_policy(policy: Any) -> PolicySource:
         found: PolicySource | None = _agents().find_agent(name)
         if found is not None:
             return found
+    where = "" if _AGENTS.is_file() else f"; trained agents are found {_FROM_CLONE}"
     raise UnknownPolicyError(
         f"policy {name!r} is not known: no installed one, no training run's folder, no FILE.py:CLASS; "
-        f"{closest(name, policy_names())}"
+        f"{closest(name, policy_names())}{where}"
     )
 
 

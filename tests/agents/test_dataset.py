@@ -128,7 +128,8 @@ def test_without_minari_it_says_what_to_install(tmp_path, monkeypatch, capsys):
         dataset.main(["--policies", "constant", "--output", str(tmp_path / "sets")])
     assert end.value.code == 2
     assert (
-        "a data set needs minari and h5py; in a clone of DrillRig: pip install '.[clients]'" in capsys.readouterr().err
+        "a data set needs minari and h5py; in a clone of DrillRig: pip install -e '.[clients]'"
+        in capsys.readouterr().err
     )
     assert not (tmp_path / "sets").exists()
 

@@ -221,7 +221,7 @@ def test_the_time_is_a_budget_too(tmp_path, monkeypatch):
 
 def test_without_optuna_it_is_said_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "optuna", None)
-    with pytest.raises(ImportError, match=r"tuning needs optuna; in a clone of DrillRig: pip install '.\[scale\]'"):
+    with pytest.raises(ImportError, match=r"tuning needs optuna; in a clone of DrillRig: pip install -e '.\[scale\]'"):
         study.optuna_module()
 
 

@@ -139,7 +139,7 @@ def test_a_missing_package_is_said_before_the_fit(tmp_path, capsys, monkeypatch)
     with pytest.raises(SystemExit):
         command.main([str(tmp_path / "run.csv"), "--posterior", "emcee"])
     assert (
-        "sampling a posterior needs emcee; in a clone of DrillRig: pip install '.[posterior]'"
+        "sampling a posterior needs emcee; in a clone of DrillRig: pip install -e '.[posterior]'"
         in capsys.readouterr().err
     )
     with pytest.raises(SystemExit):

@@ -32,7 +32,7 @@ def test_no_jobs_are_refused():
 )
 def test_without_ray_it_is_said_what_to_install(word, said, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(ImportError, match=rf"{said} needs ray; in a clone of DrillRig: pip install '.\[scale\]'"):
+    with pytest.raises(ImportError, match=rf"{said} needs ray; in a clone of DrillRig: pip install -e '.\[scale\]'"):
         engine_at(word)
 
 

@@ -66,7 +66,7 @@ def test_without_pillow_the_error_says_what_to_install(monkeypatch, tmp_path, ca
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(SystemExit):
         main(["--output", str(tmp_path / "none.gif"), *SHORT])
-    assert "pip install '.[render]'" in capsys.readouterr().err
+    assert "pip install -e '.[render]'" in capsys.readouterr().err
 
 
 def test_the_help_teaches(capsys):
@@ -74,7 +74,7 @@ def test_the_help_teaches(capsys):
         main(["--help"])
     text = capsys.readouterr().out
     assert "drillrig animate --output docs/images/stick_slip.gif" in text
-    assert "pip install '.[render]'" in text
+    assert "pip install -e '.[render]'" in text
 
 
 def test_a_film_of_another_rig_takes_its_own_forces_speeds_and_times():

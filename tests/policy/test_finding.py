@@ -113,7 +113,7 @@ def test_other_packages_offer_policies_as_entry_points(monkeypatch):
 def test_agents_are_absent_where_the_clone_is(monkeypatch, tmp_path):
     monkeypatch.setattr(finding, "_AGENTS", tmp_path / "finding.py")
     assert "ppo" not in policy_names()
-    with pytest.raises(ValueError, match="policy 'ppo' is not known"):
+    with pytest.raises(ValueError, match=r"policy 'ppo' is not known.*from its clone .*: pip install -e"):
         find_policy("ppo")
 
 

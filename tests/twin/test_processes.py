@@ -189,7 +189,7 @@ sys.exit(main(sys.argv[1:]))
     words = ["run", "lqg", "--connect", "opc.tcp://127.0.0.1:4840"]
     done = subprocess.run([sys.executable, "-c", program, *words], capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert done.stderr == "error: OPC UA needs asyncua; in a clone of DrillRig: pip install '.[opcua]'\n"
+    assert done.stderr == "error: OPC UA needs asyncua; in a clone of DrillRig: pip install -e '.[opcua]'\n"
 
 
 @pytest.mark.parametrize(

@@ -335,5 +335,5 @@ def test_tdms(table, tmp_path):
 def test_a_format_whose_package_is_missing_says_what_to_install(name, package, what, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, package, None)
     (tmp_path / name).write_bytes(b"")
-    with pytest.raises(ImportError, match=rf"{what}; in a clone of DrillRig: pip install '.\[records\]'"):
+    with pytest.raises(ImportError, match=rf"{what}; in a clone of DrillRig: pip install -e '.\[records\]'"):
         read_record(tmp_path / name)
