@@ -1,7 +1,7 @@
 """How often the intervals of a calibration hold the truth: twins, records of rigs that are known, fitted one by one.
 
-    python -m benchmarks.calibration
-    python -m benchmarks.calibration --twins 50 --kinds chapter other
+    python -m benchmarks.calibration              # about an hour on two cores; writes docs/coverage.md
+    python -m benchmarks.calibration --twins 5 --kinds chapter other --output few.md --results few.json
 
 Four kinds of rig: the chapter's; one of other size, 2.5 times slower and 20 times as strong; one whose friction falls
 as a Gaussian, fitted with that law; and one whose disc turns untrue by 5 %, which the fit does not know. Each twin has
@@ -11,30 +11,38 @@ One disc is weighed (J_1 known).
 
 Coverage is the share of twins whose true value lies in the 90 % interval, over all parameters that the fit calls
 determined, of the worst one of those that it calls so in half of the twins, and of critical speed and end of stick-slip
-at the load of the records.
+at the load of the records. The results file is written after each twin, and what it holds is not fitted again: a run
+that was stopped goes on when the command is given again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.measure import note, print_table
+from benchmarks.coverage import Coverage, Results, page
+from benchmarks.measure import kept, note
 from drillrig_env import Friction, Rig, Tilt, simulate
-from drillrig_env.allowed import COUNT
+from drillrig_env.allowed import COUNT, File
+from drillrig_env.calibrate.beside import beside
 from drillrig_env.calibrate.calibration import BY_RECORDS, Calibration, calibrate
 from drillrig_env.calibrate.meaning import meanings
+from drillrig_env.calibrate.misfit import misfits
 from drillrig_env.calibrate.records import Record
 from drillrig_env.calibrate.unknowns import values_of
 from drillrig_env.command_line import Parser, command
+from drillrig_env.files import check_writable_file, write_text
 from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.scales import Scales
 from drillrig_env.stability import critical_speed, end_of_stick_slip
 
+PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
+RESULTS = PAGE.parent / "performance" / "calibration.json"
 TWINS, STARTS = 50, 1
 _FIRST = 1000  # seed: how intervals are made was chosen on twins of seeds below 100
 _SLOW, _STRONG = 2.5, 20.0
@@ -121,62 +129,56 @@ def fitted(kind: Kind, seed: int) -> Calibration:
     return calibrate(records_of(kind, seed), start, friction, fix={"J_1": None}, starts=STARTS, seed=seed)
 
 
-def covered(kind: Kind, found: Calibration) -> tuple[dict[str, bool], dict[str, bool]]:
-    """Whether each determined parameter, and each speed, lies in its interval."""
+def covered(kind: Kind, found: Calibration) -> Coverage:
+    """Whether each determined parameter, and each speed, lies in its interval; and whether a misfit is told."""
     truth, force = values_of(kind.rig, kind.friction), float(np.max(kind.friction.normal_force))
-    parameters = {name: low <= truth[name] <= high for name, _, low, high, told in found.rows() if told == BY_RECORDS}
-    speeds = (float(critical_speed(kind.rig, kind.friction)), float(end_of_stick_slip(kind.rig, kind.friction).speed))
+    parameters = {
+        name: bool(low <= truth[name] <= high) for name, _, low, high, told in found.rows() if told == BY_RECORDS
+    }
+    true = (float(critical_speed(kind.rig, kind.friction)), float(end_of_stick_slip(kind.rig, kind.friction).speed))
     means = meanings(found, force)
-    return parameters, {one.name: one.low <= true <= one.high for one, true in zip(means, speeds, strict=True)}
+    speeds = {one.name: bool(one.low <= speed <= one.high) for one, speed in zip(means, true, strict=True)}
+    return Coverage(parameters, speeds, bool(misfits(found, beside(found))))
 
 
-@command
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Fit the twins and print the table."""
-    parser = Parser(prog="python -m benchmarks.calibration", description=__doc__)
-    add = parser.add_argument
-    add("--twins", type=of_kind(COUNT), default=TWINS, metavar="N", help=f"of each kind (default: {TWINS})")
-    add("--kinds", choices=kinds(), nargs="+", default=list(kinds()), help="which (default: all)")
-    jobs = available_threads()
-    add_engine_arguments(parser, "twins", f"{jobs}, the cores")
-    chosen = parser.parse_args(arguments)
-    twins = [(name, _FIRST + k) for name in chosen.kinds for k in range(chosen.twins)]
-    found: dict[str, list[tuple[dict[str, bool], dict[str, bool]]]] = {name: [] for name in chosen.kinds}
-    try:
-        engine = engine_of(chosen, jobs)
-    except (ValueError, ImportError) as error:
-        parser.error(str(error))
-    with engine:
-        for done, (number, held) in enumerate(engine.each(judged, twins), 1):
-            found[twins[number][0]].append(held)
-            note(f"{done} of {len(twins)} twins")
-    print_table(HEADINGS, [_row(name, held) for name, held in found.items()])
-
-
-HEADINGS = ["rig", "twins", "determined parameters", "worst of them", "critical speed", "end of stick-slip"]
-
-
-def judged(twin: tuple[str, int]) -> tuple[dict[str, bool], dict[str, bool]]:
+def judged(twin: tuple[str, int]) -> Coverage:
     """Fit the twin of a kind and a seed, and see what its intervals hold."""
     name, seed = twin
     kind = kinds()[name]
     return covered(kind, fitted(kind, seed))
 
 
-def _row(name: str, held: list[tuple[dict[str, bool], dict[str, bool]]]) -> list[str]:
-    """A kind's row of the table."""
-    parameters, speeds = (_by_name(part) for part in zip(*held, strict=True))
-    usual = [name for name, found in parameters.items() if len(found) >= 0.5 * len(held)]
-    worst = min(usual, key=lambda one: float(np.mean(parameters[one])))
-    pooled = np.mean([holds for found in parameters.values() for holds in found])
-    shares = [f"{np.mean(found):.2f}" for found in speeds.values()]
-    return [name, f"{len(held)}", f"{pooled:.3f}", f"{np.mean(parameters[worst]):.2f} ({worst})", *shares]
+@command
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Fit the twins, keep what is found of each, and write the page."""
+    parser = Parser(prog="python -m benchmarks.calibration", description=__doc__)
+    add = parser.add_argument
+    add("--twins", type=of_kind(COUNT), default=TWINS, metavar="N", help=f"of each kind (default: {TWINS})")
+    add("--kinds", choices=kinds(), nargs="+", default=list(kinds()), help="which (default: all)")
+    add("--output", type=of_kind(File()), default=PAGE, help="the page (default: docs/coverage.md)")
+    add(
+        "--results", type=of_kind(File()), default=RESULTS, help="what each twin gave (default: beside the page's data)"
+    )
+    add("--overwrite", action="store_true", help="begin anew, whatever the results file holds")
+    jobs = available_threads()
+    add_engine_arguments(parser, "twins", f"{jobs}, the cores")
+    chosen = parser.parse_args(arguments)
+    twins = [(name, _FIRST + k) for k in range(chosen.twins) for name in chosen.kinds]  # all kinds grow alike
+    try:
+        check_writable_file(chosen.results)
+        results = Results.read(chosen.results, chosen.overwrite)
+        engine = engine_of(chosen, jobs)
+    except (ValueError, ImportError, OSError) as error:
+        parser.error(str(error))
+    missing = [twin for twin in twins if twin not in results.found]
 
+    def report() -> None:
+        write_text(chosen.output, page(results, twins))
 
-def _by_name(twins: Sequence[dict[str, bool]]) -> dict[str, list[bool]]:
-    """What was held, twin by twin, by its name."""
-    names = dict.fromkeys(name for one in twins for name in one)
-    return {name: [one[name] for one in twins if name in one] for name in names}
+    with kept(chosen.output, report), engine:
+        for done, (number, found) in enumerate(engine.each(judged, missing), 1):
+            results.add(missing[number], found)
+            note(f"{done} of {len(missing)} twins")
 
 
 if __name__ == "__main__":
