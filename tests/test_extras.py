@@ -29,6 +29,7 @@ def run(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_agents_are_named_in_the_help_and_others_compete(run, tmp_path):
     told = run("-m", "drillrig_env.cli", "evaluate", "--help")
     assert told.returncode == 0, told.stderr

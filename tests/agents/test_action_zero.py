@@ -27,6 +27,7 @@ def test_it_is_what_the_drive_does_alone(drive, same):
     assert policy.predict(np.zeros(7, np.float32))[0].shape == (1,)
 
 
+@pytest.mark.slow
 def test_a_shipped_agent_has_it_on_its_own_rigs(trained):
     about = read_seeds(trained / "ppo")
     suites = about["action_zero"]["suites"]

@@ -35,6 +35,7 @@ def moved(tmp_path, algorithm, **changes):
     return float(np.sqrt(np.mean((before - after) ** 2))), agent.model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_the_stronger_the_anchor_the_nearer_it_stays(algorithm, tmp_path):
     weak, strong = (moved(tmp_path, algorithm, anchor=strength)[0] for strength in (1e-6, 1e3))
@@ -49,6 +50,7 @@ def test_while_the_critic_warms_up_the_actor_does_not_move_at_all(algorithm, tmp
     assert all(torch.isfinite(parameter).all() for parameter in critic.parameters())
 
 
+@pytest.mark.slow
 def test_while_the_critic_warms_up_the_price_of_exploring_does_not_move_either(tmp_path):
     moved(tmp_path, "sac", anchor=1.0, critic_iterations=10_000)
     moved(tmp_path, "sac", anchor=2.0, critic_iterations=0)

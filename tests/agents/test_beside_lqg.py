@@ -60,6 +60,7 @@ def test_results_without_either_are_left_out(results):
     assert list(results_with_both({"DrillRig-v0": results}, wanted)) == ["ppo"]
 
 
+@pytest.mark.slow
 def test_who_listens_changes_nothing_and_says_what_it_would_do():
     alone = default_suite().only(typical_rig().place)
     listening = Listening(LQG(), Constant())

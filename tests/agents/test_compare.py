@@ -171,6 +171,7 @@ def test_a_training_that_fails_is_named_and_the_others_are_made(place, monkeypat
     assert list(read_compared(kept.file)["settings"]) == ["two"]
 
 
+@pytest.mark.slow
 def test_the_command_trains_what_it_is_told(tmp_path, monkeypatch):
     monkeypatch.setitem(COMPARISONS, "newcomer", lambda: [setting("one"), setting("two")])
     words = (

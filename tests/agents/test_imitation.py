@@ -153,6 +153,7 @@ def test_first_episodes_end_one_after_another():
     assert ended == list(range(5, 51, 5))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_the_actor_is_held_while_the_critic_warms_up(tmp_path, algorithm):
     """After a training that was all warm-up the actor is the one that imitated, and the critic is not."""

@@ -36,6 +36,7 @@ def content(trained, tmp_path_factory):
     return read_shares(docs)
 
 
+@pytest.mark.slow
 def test_every_policy_is_there_at_every_noise_and_delay(content):
     assert {env_id: list(map(float, found)) for env_id, found in content["environments"].items()} == {
         env_id: list(noises) for env_id, noises in NOISES.items()

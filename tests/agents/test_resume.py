@@ -87,9 +87,9 @@ def assert_same_agent(folder, other):
     [
         ("ppo", PPO, {}),
         ("ppo", {**PPO, "frame_stack": 3}, {"sensors": "surface", "delay": [1, 3]}),
-        ("ppo", {**PPO, "anchor": 1.0}, {}),
+        pytest.param("ppo", {**PPO, "anchor": 1.0}, {}, marks=pytest.mark.slow),
         ("sac", SAC, {}),
-        ("sac", {**SAC, "anchor": 1.0}, {}),
+        pytest.param("sac", {**SAC, "anchor": 1.0}, {}, marks=pytest.mark.slow),
         ("ppo_lstm", LSTM, {}),
     ],
     ids=["ppo", "ppo, frames, noise and delay", "ppo, anchored", "sac", "sac, anchored", "ppo_lstm"],

@@ -72,6 +72,7 @@ def test_a_signal_to_the_parent_stops_its_trainings_and_keeps_them(number, code,
             pass
 
 
+@pytest.mark.slow
 def test_the_end_of_a_process_does_not_look_through_all_objects():
     program = "import atexit, gc; atexit.register(lambda: print(gc.get_freeze_count() > 0))"
     for call, frozen in (("", "False"), ("; from agents.training.seeds import _end_quickly; _end_quickly()", "True")):

@@ -66,6 +66,7 @@ def test_all_seeds_are_told_of(trained):
     assert "NaN" not in (trained / "ppo" / "seeds.json").read_text()
 
 
+@pytest.mark.slow
 def test_kept_results_are_not_made_again(trained, five_seeds, tmp_path, monkeypatch):
     def never(*_arguments, **_keywords):
         raise AssertionError("was run again")

@@ -155,6 +155,7 @@ def test_frame_stack_sees_what_it_was_trained_on(tmp_path):
         stacked, _, begins, _ = env.step(actions)
 
 
+@pytest.mark.slow
 def test_command_line_trains_seeds_side_by_side(tmp_path, monkeypatch, capsys):
     for library in ("OMP", "MKL", "OPENBLAS"):
         monkeypatch.setenv(f"{library}_NUM_THREADS", "1")  # it sets them for its processes

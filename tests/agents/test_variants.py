@@ -78,6 +78,7 @@ def test_a_newcomer_sets_nothing():
         assert config["env_kwargs"] == ({"reward": "phases"} if "phases" in name else {})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("algorithm", "steps"), [(PPO, 2048), (SAC, 110)])
 def test_one_rig_for_training_is_what_gymnasium_makes(algorithm, steps):
     """So that a newcomer's training on `gymnasium.make` can go on from checkpoints like any other."""

@@ -106,6 +106,7 @@ def test_on_the_nominal_rig_jump_ease_is_what_it_was():
     np.testing.assert_array_equal(ours.speed_reference, theirs.speed_reference)
 
 
+@pytest.mark.slow
 def test_what_knowing_is_worth():
     """Filter and gains of the very rig are worth much, and a state that is shown is worth more."""
     suite, mitigated = tuning_suite("unknown_hard", 16, 595_000_000), []

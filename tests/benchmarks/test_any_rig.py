@@ -25,6 +25,7 @@ def test_draws_are_the_same_for_the_same_seed_and_within_their_ranges():
     assert 0.1 <= min(case.speed_reference for case in cases) < 50.0
 
 
+@pytest.mark.slow
 def test_reference_agrees_with_scipys():
     rig, friction = Rig(J_2=0.004, L=3e-3, k_p=1.3), Friction(26.0, 0.55, 0.3, 1.6)
     start = np.array([0.0, 0.0, 1.8, 1.8, 1.8, 0.5, 0.0])

@@ -8,6 +8,7 @@ from drillrig_env import Fleet, Rig
 from drillrig_env.stepper.ladder import LADDER
 
 
+@pytest.mark.slow
 def test_every_run_goes_on_from_the_same_moment():
     batch = Batch.of(6, fleet_of(next(iter(FACTORS)), 3))
     seen = []

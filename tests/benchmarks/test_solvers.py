@@ -155,6 +155,7 @@ def test_solvers_write_json_and_leave_out_what_is_missing(tmp_path, monkeypatch,
     assert all(0.0 < result["error_rad_s"] < 1e-3 and result["seconds_for_50_s"] > 0.0 for result in results["solvers"])
 
 
+@pytest.mark.slow
 def test_batches_give_time_and_error_of_each_size():
     reference = drawn_rigs(1).bit_speeds(sample_times(0.2), rtol=1e-7)
     peer, setting = BATCH_PEERS[0], BATCH_PEERS[0].settings[-1]

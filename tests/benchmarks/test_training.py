@@ -34,6 +34,7 @@ def small(folder, algorithm="ppo"):
     return train(Training(algorithm, hyperparams=SMALL[algorithm], run_folder=folder, **settings))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("algorithm", ["ppo", "sac"])
 def test_what_is_watched_learns_the_same(tmp_path, algorithm):
     def validated(model):

@@ -56,6 +56,7 @@ def test_a_record_of_another_rig_is_taken_as_far_as_it_may_be(monkeypatch):
             calibrate([UNLOADED, STICKING], rig, Friction(100.0, 0.2, 0.1), fix=FIXED, starts=1)
 
 
+@pytest.mark.slow
 def test_a_model_that_is_nowhere_near_is_no_result():
     names = list(STICKING.signals)
     swapped = dict(zip(["top_speed", "bit_speed", *names[2:]], STICKING.signals.values(), strict=True))

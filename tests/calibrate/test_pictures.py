@@ -24,6 +24,7 @@ def pictures(report):
     return draw_all(report)
 
 
+@pytest.mark.slow
 def test_there_is_one_of_each_kind_and_of_each_record(pictures):
     assert list(pictures) == ["borders", "intervals", "correlations", "record_1", "record_2"]
 

@@ -70,6 +70,7 @@ def test_a_flag_cut_short_or_misspelt_is_refused_with_the_closest(capsys):
     assert "unknown argument --normal-forc; did you mean --normal-force?" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_train_runs_the_clones_command(tmp_path):
     done = run("train", "--help", cwd=tmp_path)
     assert done.returncode == 0

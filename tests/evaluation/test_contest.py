@@ -124,6 +124,7 @@ def test_the_drives_gains_are_the_policys():
     assert not np.array_equal(run(Soft(), SUITE).average, run(Hold(), SUITE).average)
 
 
+@pytest.mark.slow
 def test_twice_the_same_comparison_is_the_same_file(comparison):
     results, _ = comparison
     again, _ = compare([suite(name, 24) for name in ("default",)])

@@ -47,6 +47,7 @@ def test_standing_is_told_from_calm_by_the_rigs_own_speeds():
     assert not is_calm(4.9, 5.1, 5.0, speed_scale=100.1)
 
 
+@pytest.mark.slow
 def test_a_contest_on_another_rig_says_so_and_draws_its_times():
     contestants, failures, conditions = find_contestants(["constant", "lqg"], rig=FIELD, largest_reference=50.0)
     assert not failures

@@ -184,6 +184,7 @@ def large(monkeypatch):
     pytest.importorskip("pyarrow")
 
 
+@pytest.mark.slow
 def test_a_large_suite_is_kept_in_parquet_files_with_the_same_tables(large, tmp_path):
     small, _, _ = held(contestants())
     results, kept, _ = held(contestants(), tmp_path, Backwards())

@@ -3,6 +3,8 @@
 import time
 from types import SimpleNamespace
 
+import pytest
+
 from drillrig_env.jit import announcement
 from drillrig_env.jit.announcement import Announcement
 
@@ -24,6 +26,7 @@ def compile_for(listener, seconds, *modules):
         listener.on_end(event)
 
 
+@pytest.mark.slow
 def test_only_a_long_compilation_of_the_package_is_announced_and_only_once(monkeypatch, capsys):
     monkeypatch.setattr(announcement, "_PATIENCE", 0.2)
     listener = Announcement("rigs")

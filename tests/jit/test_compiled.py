@@ -18,6 +18,7 @@ print(float(Friction(10.0).torque(Rig(), np.array(2.0))))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("edited", "renewed"), [("arrays.py", True), ("evaluation/report.py", False)])
 def test_edit_renews_the_kernels_that_stand_on_the_file(tmp_path, edited, renewed):
     package = tmp_path / "drillrig_env"

@@ -41,6 +41,7 @@ def docs(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_page_has_scores_learning_words_choices_and_use(docs, trained):
     text = page(docs, trained)
     for words in (
@@ -72,6 +73,7 @@ def test_agent_that_is_shown_must_be_there(docs, tmp_path):
         page(docs, tmp_path)
 
 
+@pytest.mark.slow
 def test_pictures_of_the_page_are_drawn(docs, trained):
     shown = set(re.findall(r"\]\(images/agents/(.+)\)", page(docs, trained)))
     paths = draw_all(AGENT, docs, trained)

@@ -148,6 +148,7 @@ def test_page_shows_every_part(measured, docs):
     assert not re.search(r"\b(nan|inf|None)\b", text)
 
 
+@pytest.mark.slow
 def test_pictures_are_drawn_and_shown(measured, docs):
     shown = set(re.findall(r"\]\((images/performance/.+)\)", make(docs, measured, pictures=True)))
     assert {Path(path).stem for path in shown} == {part.name for part in PARTS if part.plot} >= {"solvers", "training"}
@@ -180,6 +181,7 @@ def test_part_that_is_missing_or_broken_names_its_command(measured, docs):
     assert "**777 bytes**" in text
 
 
+@pytest.mark.slow
 def test_benchmark_that_was_stopped_at_once_is_shown_as_far_as_it_went(measured, docs):
     nothing = {"environments": {"rates": {}}, "batches": {"batches": []}, "startup": {"cases": {}}}
     for name, part in nothing.items():

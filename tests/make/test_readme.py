@@ -18,6 +18,7 @@ def test_the_projects_tables_are_up_to_date():
         assert path.read_text(encoding="utf-8") == written, f"out of date; run: {COMMAND}"
 
 
+@pytest.mark.slow
 def test_it_has_the_numbers_of_the_results_to_their_digits():
     results = stored_results(ROOT / "docs")["DrillRig-v0"]
     lines = [line for line in scores(results).splitlines() if line.startswith("| `")]

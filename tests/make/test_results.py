@@ -34,6 +34,7 @@ def stored():
     return stored_results(DOCS)
 
 
+@pytest.mark.slow
 def test_page_has_every_suite_the_findings_and_its_making(docs):
     (docs / "results" / "findings.md").write_text("Words of a person.\n")
     text = page(docs)
@@ -78,6 +79,7 @@ def test_results_that_are_not_finished_and_missing_ones_are_refused(comparison, 
     assert "holds no results" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not (DOCS / "results").is_dir(), reason="no results have been taken in")
 def test_the_projects_page_is_up_to_date(stored):
     assert (DOCS / "results.md").read_text(encoding="utf-8") == page(DOCS), f"out of date; run: {COMMAND}"

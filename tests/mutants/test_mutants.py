@@ -134,6 +134,7 @@ def mutant_to(source, after):
     return next(one for one in mutants_of(source.read_bytes(), source.name) if one.after.strip() == after)
 
 
+@pytest.mark.slow
 def test_bench_finds_what_tests_notice_and_leaves_the_project_as_it_was(project, tmp_path):
     bench, toy = Bench(project, tmp_path / "bench"), project / "toy.py"
     source = toy.read_bytes()
@@ -159,6 +160,7 @@ def test_bench_tries_short_tests_first(project, tmp_path):
     assert bench.try_out(mutant, [["test_wrong.py", "test_toy.py"]]).killed_by == "test_toy.py::test_sign"
 
 
+@pytest.mark.slow
 def test_kernels_of_a_mutant_are_kept_for_all_its_tests_and_not_for_the_next(project, tmp_path):
     kernel = "Path(os.environ['NUMBA_CACHE_DIR']) / 'kernel'"
     head = "import os\nfrom pathlib import Path\n\n\n"

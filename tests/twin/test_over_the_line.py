@@ -73,6 +73,7 @@ def test_the_log_replays_and_is_a_record(tmp_path):
     assert set(read_record(log).signals) >= {"top_speed", "current", "voltage"}
 
 
+@pytest.mark.slow
 def test_the_same_seed_loses_the_same_messages(tmp_path):
     logs = [tmp_path / f"{k}.csv" for k in range(3)]
     for log, seed in zip(logs, (1, 1, 2), strict=True):
