@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Awaitable, Callable, MutableMapping
+from contextlib import suppress
 from typing import Any
 
 from starlette.applications import Starlette
@@ -39,10 +41,18 @@ _Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 
 
 class Guarded:
-    """An application behind a door: nobody gets further without the right Host, Origin and token."""
+    """An application behind a door: nobody gets further without the right Host, Origin and token.
 
-    def __init__(self, app: Any, door: Door) -> None:
-        self._app, self._door = app, door
+    `visits` are the tasks in which clients are served.
+    """
+
+    def __init__(self, app: Any, door: Door, visits: set[asyncio.Task[Any]]) -> None:
+        self._app, self._door, self._visits = app, door, visits
+
+    def end(self) -> None:
+        """Let all clients go, whatever they wait for."""
+        for visit in self._visits:
+            visit.cancel()
 
     async def __call__(self, scope: _Scope, receive: _Receive, send: _Send) -> None:
         """Let a request through, or answer 403."""
@@ -71,7 +81,7 @@ def room_app(
 ) -> Guarded:
     """The application. `files` are the page's, by the path at which they are served."""
     limits = limits or Limits()
-    inside = 0
+    visits: set[asyncio.Task[Any]] = set()
 
     async def serve(request: Request) -> Response:
         if request.query_params.get("token") and door.token is not None:
@@ -82,16 +92,17 @@ def room_app(
         return Response(file.content, media_type=file.kind, headers=_HEADERS)
 
     async def room(websocket: WebSocket) -> None:
-        nonlocal inside
-        if inside >= limits.clients:
+        if len(visits) >= limits.clients:
             await websocket.accept()
             await websocket.close(TOO_MANY, f"{limits.clients} pages are open here already; close one of them")
             return
-        inside += 1
+        visit: Any = asyncio.current_task()
+        visits.add(visit)
         try:
-            await Client(websocket, stock, beginning, limits).serve()
+            with suppress(asyncio.CancelledError):  # the server ends
+                await Client(websocket, stock, beginning, limits).serve()
         finally:
-            inside -= 1
+            visits.discard(visit)
 
     routes = [Route(path, serve, methods=["GET"]) for path in files]
-    return Guarded(Starlette(routes=[*routes, WebSocketRoute(ROOM, room)]), door)
+    return Guarded(Starlette(routes=[*routes, WebSocketRoute(ROOM, room)]), door, visits)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from drillrig_env.friction import Friction
@@ -14,6 +15,7 @@ from drillrig_env.room.chart import Chart, chart_of, deepen, driven, followed, o
 from drillrig_env.room.lanes import Lanes
 from drillrig_env.room.outbox import Outbox
 from drillrig_env.room.view import LARGEST_FORCE, sliders
+from drillrig_env.room.worker import Worker
 
 _REST = 0.3
 """s without a change until what is slow is worked out."""
@@ -47,7 +49,8 @@ class Charts:
         self._given: tuple[Any, ...] | None = None
         self._wanted = asyncio.Event()
         self._prepared: dict[str, Rig] = {}
-        self._preparing: asyncio.Task[None] | None = None  # beside the drawing, which it would hold up for a second
+        self._preparing: asyncio.Task[None] | None = None
+        self._worker, self._beside = Worker(None), Worker(None)  # what prepares would hold the drawing up for a second
 
     def want(self, run: int, lanes: Lanes) -> None:
         """Have maps and orbits drawn, where run, friction, force or target are others than they were."""
@@ -62,6 +65,8 @@ class Charts:
             await self._draw()
         finally:
             self._wanted.set()
+            self._worker.close()
+            self._beside.close()
 
     async def _draw(self) -> None:
         while True:
@@ -70,9 +75,9 @@ class Charts:
             asked = self._asked
             if asked is None:
                 continue
-            maps = await asyncio.to_thread(quick, asked)
+            maps = await self._worker.do(partial(quick, asked))
             self._tell(asked, maps)
-            charts = await asyncio.to_thread(with_orbits, asked, maps)
+            charts = await self._worker.do(partial(with_orbits, asked, maps))
             if self._wanted.is_set():
                 continue
             self._tell(asked, charts)
@@ -81,12 +86,12 @@ class Charts:
                 continue
             except TimeoutError:
                 pass
-            slow = await asyncio.to_thread(thorough, asked, charts, self._wanted.is_set)
+            slow = await self._worker.do(partial(thorough, asked, charts, self._wanted.is_set))
             if slow is not None and not self._wanted.is_set():
                 self._tell(asked, slow)
             if self._prepared != asked.rigs:
                 self._prepared = asked.rigs
-                self._preparing = asyncio.create_task(asyncio.to_thread(prepare, asked))
+                self._preparing = asyncio.create_task(self._beside.do(partial(prepare, asked)))
 
     def _tell(self, asked: Asked, charts: dict[Rig, dict[str, Any]]) -> None:
         lanes = [

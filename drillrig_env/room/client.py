@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import NoReturn
 
 import anyio
@@ -13,16 +15,22 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from drillrig_env.env.recorded import Recorded
 from drillrig_env.room import protocol
 from drillrig_env.room.frames import frame
+from drillrig_env.room.lanes import Lanes
 from drillrig_env.room.limits import Bucket, Limits
 from drillrig_env.room.session import Session
 from drillrig_env.room.setting import Setting
 from drillrig_env.room.stock import Stock
+from drillrig_env.room.strangers import said
 from drillrig_env.room.view import welcome
+from drillrig_env.room.worker import Worker
 
 REFUSED, TOO_BIG, TOO_MANY = 1008, 1009, 1013
 """Codes with which a websocket is closed: against the rules, too long a message, come again later."""
 
-_REPLAY = '{"do":"replay"'
+_REASON = 80
+"""Characters of a reason, at most: no more than 123 bytes are sent."""
+
+_REPLAY = re.compile(r'\s*\{\s*"do"\s*:\s*"replay"')
 
 
 @dataclass(frozen=True)
@@ -55,11 +63,19 @@ class Client:
         await self._websocket.accept()
         begin = {"story": self._beginning.story, "full_screen": self._beginning.full_screen}
         await self._websocket.send_text(welcome(self._stock, begin))
+        worker = Worker()
         try:
-            session = await self._begin()
-        except (SentAway, WebSocketDisconnect) as end:
-            await self._end(end)
+            await self._play(await self._begin(worker))
+        except WebSocketDisconnect:
             return
+        except SentAway as end:
+            with suppress(RuntimeError, WebSocketDisconnect):
+                await self._websocket.close(end.code, end.reason)
+        finally:
+            worker.close()
+
+    async def _play(self, session: Session) -> None:
+        """Let the clock go, and do what is asked for, until the client goes or is sent away."""
         ends: list[Exception] = []
         async with anyio.create_task_group() as group:
             group.start_soon(session.run)
@@ -70,15 +86,9 @@ class Client:
             except (SentAway, WebSocketDisconnect) as end:
                 ends.append(end)
             group.cancel_scope.cancel()
-        await self._end(ends[0])
+        raise ends[0]
 
-    async def _end(self, end: Exception) -> None:
-        """Tell a client that is sent away why."""
-        if isinstance(end, SentAway):
-            with suppress(RuntimeError, WebSocketDisconnect):
-                await self._websocket.close(end.code, end.reason)
-
-    async def _begin(self) -> Session:
+    async def _begin(self, worker: Worker) -> Session:
         """The room that the first message asks for; where it cannot be had, the one that there is otherwise."""
         while True:
             request = await self._next(self._limits.first)
@@ -91,33 +101,31 @@ class Client:
             )
         own = self._beginning
         try:
-            session = await asyncio.to_thread(Session, self._stock, own.setting.changed(request.setting))
+            lanes = await worker.do(partial(Lanes, own.setting.changed(request.setting), self._stock))
         except Exception as error:  # a stranger's policy may raise anything
-            await self._refuse("link", str(error))
-            session = Session(self._stock, own.setting)
+            await self._refuse("link", said(error))
+            try:
+                lanes = await worker.do(partial(Lanes, own.setting, self._stock))
+            except Exception as fault:
+                raise SentAway(REFUSED, said(fault)[:_REASON]) from fault
+        session = Session(self._stock, lanes, worker)
         if own.recorded is not None and not request.setting:
-            session.replay(own.recorded)
+            await session.replay(own.recorded)
         if own.story is not None and not request.setting:
-            session.do(protocol.Tell(name=own.story))
+            await session.do(protocol.Tell(name=own.story))
         session.say_all()
         return session
 
     async def _receive(self, session: Session) -> NoReturn:
         while True:
-            request = await self._next(self._limits.idle)
-            try:
-                session.do(request)
-            except Exception as error:  # the rig's own sentence, or whatever a stranger's policy raises
-                session.refuse(field_of(request), str(error) or type(error).__name__)
-                session.say_state()
+            await session.do(await self._next(self._limits.idle))
 
     async def _send(self, session: Session) -> None:
         """Send what there is, as fast as the client takes it, until it has gone, which `_receive` is told as well."""
         with suppress(WebSocketDisconnect, RuntimeError):
             while True:
                 texts, steps, gap = await session.outbox.take()
-                lanes, run = session.lanes, session.run_number
-                content = frame(run, lanes.period, steps, lanes.lanes, gap) if steps else b""
+                content = frame(session.run_number, session.lanes.period, steps, gap) if steps else b""
                 for text in texts:
                     await self._websocket.send_text(text)
                 if content:
@@ -145,24 +153,10 @@ class Client:
     def _read(self, text: str | None) -> protocol.Request:
         if text is None:
             raise ValueError("control room: messages are text, not bytes")
-        most = self._limits.run_bytes if text.startswith(_REPLAY) else self._limits.message_bytes
+        most = self._limits.run_bytes if _REPLAY.match(text) else self._limits.message_bytes
         if len(text.encode("utf-8", "surrogatepass")) > most:
             raise SentAway(TOO_BIG, f"a message longer than {most} bytes")
         return protocol.read(text)
 
     async def _refuse(self, field: str, sentence: str) -> None:
         await self._websocket.send_text(protocol.write("refused", field=field, sentence=sentence))
-
-
-def field_of(request: protocol.Request) -> str:
-    """The control to which a message belongs, for the sentence beside it."""
-    match request:
-        case protocol.Set(setting=changes) if changes:
-            return next(iter(changes))
-        case protocol.Give(values=values) if values:
-            return next(iter(values))
-        case protocol.Ramp(name=name):
-            return f"ramp {name}"
-        case protocol.Take(lane=lane) | protocol.GiveBack(lane=lane):
-            return f"hand {lane}"
-    return type(request).__struct_config__.tag or ""  # type: ignore[return-value]

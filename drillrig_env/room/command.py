@@ -15,7 +15,9 @@ the printed address. Whoever is in can choose among the rigs and policies that a
 
 from __future__ import annotations
 
+import errno
 import socket
+import sys
 import threading
 import webbrowser
 from collections.abc import Sequence
@@ -61,21 +63,29 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig room") ->
     from drillrig_env.room.app import room_app
     from drillrig_env.room.client import Beginning
     from drillrig_env.room.door import Door
+    from drillrig_env.room.lanes import Lanes
     from drillrig_env.room.limits import Limits
     from drillrig_env.room.page import page_files
     from drillrig_env.room.setting import Setting
     from drillrig_env.room.stock import Stock
-    from drillrig_env.room.warm import warm_up
+    from drillrig_env.room.warm import playable, warm_up
 
     try:
         door = Door(options.host, options.token)
         stock = Stock.of(options.rig, options.friction, options.policy)
+        for name, why in stock.left_out.items():
+            print(f"{name} is left out: {why}", file=sys.stderr)
         setting = Setting(rig=stock.rig).at(stock)
+        if options.rig or options.friction:
+            setting, otherwise = playable(stock, setting)
+            if otherwise:
+                print(otherwise, file=sys.stderr)
         recorded = None
         if options.replay is not None:
             from drillrig_env.room.kept import run_of
 
             recorded = run_of(options.replay)
+            Lanes(setting, stock, recorded)  # says what cannot be played
         beginning = Beginning(setting, recorded, options.story, options.full_screen)
     except (ValueError, ImportError, FileNotFoundError) as error:
         parser.error(str(error))
@@ -84,6 +94,13 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig room") ->
     app = room_app(stock, files, beginning, door, Limits(clients=options.clients))
     address = _address(options.host, listener.getsockname()[1])
     address += f"/?token={quote(options.token)}" if options.token else "/"
+
+    class Server(uvicorn.Server):
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            """End the clients first, which may wait for something that takes long."""
+            app.end()
+            await super().shutdown(sockets)
+
     config = uvicorn.Config(
         app,
         ws="websockets-sansio",
@@ -100,7 +117,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig room") ->
         print(f"control room: {address}\nCtrl-C closes it", flush=True)
         if not options.no_browser:
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
-        uvicorn.Server(config).run(sockets=[listener])
+        Server(config).run(sockets=[listener])
     except Terminated:
         raise
     except KeyboardInterrupt:  # how a room is closed
@@ -122,9 +139,11 @@ def _listener(host: str, port: int | None) -> socket.socket:
             listener.close()
             if port is None and wanted == PORT:
                 continue
+            nowhere = isinstance(error, socket.gaierror) or error.errno == errno.EADDRNOTAVAIL
+            hint = "another --port may be free, and --port 0 takes one that is"
             raise Failed(
                 f"the control room cannot listen on {host}, port {wanted}: {error.strerror or error}; "
-                "another --port may be free, and --port 0 takes one that is"
+                f"{'allowed for --host: an address of this machine' if nowhere else hint}"
             ) from error
         return listener
     raise AssertionError("the last port is either had or refused")

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drillrig_env.course import COLUMNS
-from drillrig_env.room.lane import SIGNALS, STEP_VALUES, Lane
+from drillrig_env.room.lane import SIGNALS, STEP_VALUES
 from drillrig_env.room.lanes import Step
 from drillrig_env.room.verdicts import Verdict
 from drillrig_env.stepper.ladder import SAMPLES
@@ -29,16 +29,14 @@ FULL, CALM, MITIGATED = 1, 2, 4
 VERDICT_VALUES = ("index", "mean", "calm_since", "stuck", "flags", "channels")
 
 
-def frame(run: int, period: float, steps: Sequence[Step], lanes: Sequence[Lane], gap: bool) -> bytes:
-    """A frame with consecutive control steps, at least one, of `period` s; `lanes` are as they are after the last."""
-    count = len(steps)
-    parts = [_HEADER.pack(FRAME, FRAME_VERSION, len(lanes), GAP * gap, count, SAMPLES, run, steps[0].number, period)]
+def frame(run: int, period: float, steps: Sequence[Step], gap: bool) -> bytes:
+    """A frame with consecutive control steps, at least one, of `period` s."""
+    count, last = len(steps), steps[-1].shown
+    parts = [_HEADER.pack(FRAME, FRAME_VERSION, len(last), GAP * gap, count, SAMPLES, run, steps[0].number, period)]
     parts.append(np.array([step.given for step in steps], dtype="<f4").tobytes())
-    for place, lane in enumerate(lanes):
-        target = float(steps[-1].given[COLUMNS.index("speed_target")])
-        seen = lane.seen
-        parts.append(_verdict(lane.verdict.now(target), len(seen)))
-        parts.append(seen.astype("<f4").tobytes())
+    for place, shown in enumerate(last):
+        parts.append(_verdict(shown.verdict, len(shown.seen)))
+        parts.append(shown.seen.astype("<f4").tobytes())
         parts.append(np.concatenate([step.shown[place].values for step in steps]).astype("<f4").tobytes())
         signals = np.concatenate([step.shown[place].signals for step in steps], axis=1)
         parts.append(signals.astype("<f4").tobytes())

@@ -16,7 +16,13 @@ from drillrig_env.arrays import FloatArray
 from drillrig_env.course import COLUMNS
 from drillrig_env.env.task import Task
 from drillrig_env.friction import Friction
-from drillrig_env.parameters import POSITIVE, Allowed, checked, closest, refuse
+from drillrig_env.parameters import Allowed, checked, closest
+
+UNITS = dict(zip(COLUMNS, ("N", "", "", "s/rad", "rad/s"), strict=True))
+"""Of what is given, by name."""
+
+_LARGEST = {"normal_force": 1e4, "mu_s": 100.0, "mu_k": 100.0, "v_b": 1e4}
+"""Largest values on the chapter's rig, in their units: what is far beyond them no computer adds up any more."""
 
 _LONGEST_RAMP = 600.0
 """Longest time of a ramp on the chapter's rig, s."""
@@ -45,10 +51,16 @@ class Given:
 
     def __init__(self, task: Task, values: dict[str, float], plan: dict[int, dict[str, float]] | None = None) -> None:
         self._task = task
+        scales = task.scales
+        grown = {"normal_force": scales.force, "v_b": 1.0 / scales.speed}
+        largest = {name: float(f"{most * grown.get(name, 1.0):.2g}") for name, most in _LARGEST.items()}
+        self._allowed = {name: Allowed(0.0, most, low_open=name == "v_b") for name, most in largest.items()}
+        self._allowed["speed_target"] = task.targets
         self.values = {name: values[name] for name in COLUMNS}
         self._ramps: dict[str, _Ramp] = {}
         self._plan = dict(plan or {})
-        self._check(self.values)
+        for planned in ({}, *self._plan.values()):
+            self._check({**self.values, **planned})
 
     def set(self, changes: Mapping[str, float | str]) -> None:
         """Take values from the coming control step on. `ValueError` with the rig's own sentence; then nothing changes.
@@ -96,7 +108,6 @@ class Given:
         return Friction(given["normal_force"], given["mu_s"], given["mu_k"], given["v_b"], law=law)
 
     def _check(self, values: Mapping[str, Any]) -> None:
-        if not self._task.targets.holds(values["speed_target"]):
-            raise refuse("control room", "speed_target", values["speed_target"], "rad/s", self._task.targets)
-        checked("control room", "v_b", values["v_b"], "s/rad", POSITIVE)
+        for name in reversed(COLUMNS):
+            checked("control room", name, values[name], UNITS[name], self._allowed[name])
         Friction(values["normal_force"], values["mu_s"], values["mu_k"], values["v_b"])

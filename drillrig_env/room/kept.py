@@ -23,14 +23,15 @@ from drillrig_env.parameters import closest
 from drillrig_env.policy import channels_of, drive_of, find_policy, is_exact
 from drillrig_env.rig import Rig
 from drillrig_env.room.setting import Setting
+from drillrig_env.room.strangers import named
 from drillrig_env.scales import Scales
 
 
 def run_of(place: str) -> Recorded:
     """The run in a file, or of a row of a results.csv, FILE:ROW, whose first row is 1; that is played for it.
 
-    Raises `ValueError` for what is neither, and for a row that cannot be played here; `FileNotFoundError` where there
-    is no such file; `ImportError` where the policy needs what is not installed.
+    Raises `ValueError` for what is neither, and for a row that cannot be played here, whatever its policy raises among
+    it; `FileNotFoundError` where there is no such file.
     """
     file, colon, row = place.rpartition(":")
     if colon and file.endswith(".csv") and row.isdecimal():
@@ -51,14 +52,17 @@ def _of_row(file: Path, number: int) -> Recorded:
     episode, scales = int(row["episode"]), Scales.of(rig)
     faced = suite(row["suite"], max(episode + 1, int(config["suites"][row["suite"]]["rigs"])), scales).only(episode)
     held = Conditions(config["env"], config["noise"], _pair(config["delay"]), rig)
-    source = find_policy(row["policy"])
+    whose = f"{file}, row {number}: {row['policy']}"
+    with named(whose):
+        source = find_policy(row["policy"])
     if row["seed"] not in source.makers:
         raise ValueError(
             f"{file}, row {number}: {row['policy']} has no seed {row['seed']!r}; allowed: {[*source.makers]}"
         )
-    contestant = contestant_of(source, held, row["policy"])
-    policy = contestant.members[row["seed"]](faced)
-    arguments: dict[str, Any] = {**contestant.env, **faced.env, "drive": drive_of(policy)}
+    with named(whose):
+        contestant = contestant_of(source, held, row["policy"])
+        policy = contestant.members[row["seed"]](faced)
+        arguments: dict[str, Any] = {**contestant.env, **faced.env, "drive": drive_of(policy)}
     if is_exact(policy):
         arguments.update(sensors=channels_of(policy), noise=0.0, delay=0)
     core = EpisodeBatch(1, scenario=faced.scenario, threads=1, **arguments)
@@ -67,8 +71,9 @@ def _of_row(file: Path, number: int) -> Recorded:
     asked = faced.groups[0][1].get("start", start)
     first = [float(core.episodes[name][0]) for name in COLUMNS]
     table = np.empty((core.steps, len(COLUMNS)))
-    for step in play(policy, core, faced.first_seed, taken):
-        table[step] = [core.episodes[name][0] for name in COLUMNS]
+    with named(whose):
+        for step in play(policy, core, faced.first_seed, taken):
+            table[step] = [core.episodes[name][0] for name in COLUMNS]
     if list(table[0]) != first:
         raise ValueError(f"{file}, row {number}: the force steps in the first moment, which no run here can tell")
     new = np.concatenate([[True], np.any(table[1:] != table[:-1], axis=1)])

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from drillrig_env.allowed import Allowed
 from drillrig_env.arrays import FloatArray
+from drillrig_env.course import COLUMNS
 from drillrig_env.env.actions import check_actions, rate_action
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
@@ -18,7 +19,8 @@ from drillrig_env.parameters import checked
 from drillrig_env.policy import Policy, privileged_of
 from drillrig_env.policy.contract import Memory
 from drillrig_env.room.between import Between
-from drillrig_env.room.verdicts import RunningVerdict
+from drillrig_env.room.strangers import named
+from drillrig_env.room.verdicts import RunningVerdict, Verdict
 from drillrig_env.stepper.ladder import SAMPLES
 
 SIGNALS = ("bit_speed", "collar_speed", "top_speed", "twist_12", "twist_23", "torque_into_string", "current")
@@ -30,14 +32,20 @@ STEP_VALUES = ("speed_reference", "action", "by_hand", "reward_variance", "rewar
 """What is shown of every lane once a control step."""
 
 _ONLY = np.zeros(1, dtype=np.intp)
+_TARGET = COLUMNS.index("speed_target")
 
 
 @dataclass(eq=False)
 class Shown:
-    """What a control step of a lane shows: SIGNALS of shape (7, SAMPLES) and STEP_VALUES of shape (7,)."""
+    """What a control step of a lane shows: SIGNALS of shape (7, SAMPLES) and STEP_VALUES of shape (7,).
+
+    `seen` has what the policy will see next, channel by channel in its unit, and `verdict` is that at the step's end.
+    """
 
     signals: npt.NDArray[np.float32]
     values: npt.NDArray[np.float32]
+    seen: npt.NDArray[np.float32]
+    verdict: Verdict
 
 
 class Lane:
@@ -92,15 +100,17 @@ class Lane:
     def step(self, row: FloatArray) -> Shown:
         """One control step with what `row` gives (see `drillrig_env.room.given`).
 
-        The policy is asked in every step, so that it knows the rig when it is given back. Raises whatever the policy
-        raises, `ValueError` for an action that is none, and `NotFiniteError` for a state that is lost.
+        The policy is asked in every step, so that it knows the rig when it is given back. Raises `ValueError` for
+        whatever the policy raises and for an action that is none, and `NotFiniteError` for a state that is lost.
         """
         episode = self.core.episodes
-        if self._told:
-            self._policy.tell(self.core.info())  # type: ignore[attr-defined]
-        actions, self._state = self._policy.predict(self._seen.copy(), self._state, self._begins, deterministic=True)
+        with named(f"the policy of lane {self.name}"):
+            if self._told:
+                self._policy.tell(self.core.info())  # type: ignore[attr-defined]
+            seen = self._seen.copy()
+            actions, self._state = self._policy.predict(seen, self._state, self._begins, deterministic=True)
+            rates = check_actions(actions, 1)
         self._begins = np.zeros(1, dtype=np.bool_)
-        rates = check_actions(actions, 1)
         if self.hand is not None:
             wanted = np.array([self.hand])
             rates = rate_action(wanted, episode["speed_reference"], self.task.slew_limit, self.task.control_period)
@@ -112,9 +122,9 @@ class Lane:
             self.core.refuse_lost()
         record = episode[0]
         self.verdict.add(record["lowest"], record["highest"], record["average"], record["stuck"])
-        return self._shown(record, before)
+        return self._shown(record, before, float(row[_TARGET]))
 
-    def _shown(self, record: np.void, before: FloatArray) -> Shown:
+    def _shown(self, record: np.void, before: FloatArray, target: float) -> Shown:
         work = self._memory["work"][0]
         speeds = work["speed_samples"][:SAMPLES]
         states = self._between.states(before, record["state"][:7], speeds, record["speed_reference"])
@@ -124,4 +134,5 @@ class Lane:
         signals[5], signals[6] = work["torque_samples"][:SAMPLES], states[5]
         by_hand = float(self.hand is not None)
         values = (record["speed_reference"], self.action, by_hand, *record["terms"], record["voltage"])
-        return Shown(signals, np.array(values, dtype=np.float32))
+        seen = self.seen.astype(np.float32)
+        return Shown(signals, np.array(values, dtype=np.float32), seen, self.verdict.now(target))

@@ -34,8 +34,8 @@ class Step:
 class Lanes:
     """A run: two rigs that go step by step together.
 
-    Raises `ValueError` for a setting that cannot be played, and whatever a policy raises when it is made. A `recorded`
-    run is played again: its actions, and what was given.
+    Raises `ValueError` for a setting that cannot be played, whatever a policy raises when it is made among it. A
+    `recorded` run is played again: its actions, and what was given.
     """
 
     def __init__(self, setting: Setting, stock: Stock, recorded: Recorded | None = None) -> None:
@@ -49,6 +49,9 @@ class Lanes:
         else:
             from drillrig_env.room.replay import lanes_of, plan_of
 
+            if not set(recorded.lanes) <= set(NAMES):
+                names = ", ".join(recorded.lanes)[:80]
+                raise ValueError(f"the recorded run: lanes {names} are not allowed; allowed: {', '.join(NAMES)}")
             self.lanes, plan = lanes_of(recorded), plan_of(recorded)
         task = self.lanes[0].task
         values = setting.values() if recorded is None else plan[0]
@@ -76,7 +79,7 @@ class Lanes:
         raise ValueError(f"control room: lane {name!r} is not known; allowed: {', '.join(NAMES)}")
 
     def step(self) -> Step:
-        """One control step of both. Raises whatever a policy raises, and `NotFiniteError` for a lost state."""
+        """One control step of both. Raises `ValueError` for what a policy raises, `NotFiniteError` for a lost state."""
         row = self.given.row(self.step_number)
         try:
             shown = tuple(lane.step(row) for lane in self.lanes)

@@ -129,3 +129,17 @@ def write(kind: str, **entries: Any) -> str:
 def encode(content: Any) -> str:
     """Plain values as JSON; NaN and infinity become null."""
     return _encoder.encode(content).decode()
+
+
+def field_of(request: Request) -> str:
+    """The control to which a message belongs, for the sentence beside it."""
+    match request:
+        case Set(setting=changes) if changes:
+            return next(iter(changes))
+        case Give(values=values) if values:
+            return next(iter(values))
+        case Ramp(name=name):
+            return f"ramp {name}"
+        case Take(lane=lane) | GiveBack(lane=lane):
+            return f"hand {lane}"
+    return type(request).__struct_config__.tag or ""  # type: ignore[return-value]

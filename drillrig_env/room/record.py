@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from drillrig_env.course import COLUMNS
 from drillrig_env.model import STATE_NAMES, STATE_UNITS
+from drillrig_env.room.given import UNITS
 from drillrig_env.room.lane import Lane
 
-_GIVEN_UNITS = ("N", "", "", "s/rad", "rad/s")
 _OF_RECORD = {
     "speed_reference": "rad/s",
     "torque_into_string": "N m",
@@ -57,7 +57,7 @@ class Record:
 
     def as_csv(self, names: Sequence[str]) -> str:
         """A header with units, then a line for each control step: its end in s, what was given, and each lane."""
-        given = [_headed(name, unit) for name, unit in zip(COLUMNS, _GIVEN_UNITS, strict=True)]
+        given = [_headed(name, unit) for name, unit in UNITS.items()]
         own = [("action", ""), ("by_hand", ""), *zip(STATE_NAMES, STATE_UNITS, strict=True)]
         own += [(_SHOWN_AS.get(name, name), unit) for name, unit in _OF_RECORD.items()]
         lanes = [_headed(f"{lane}_{name}", unit) for lane in names for name, unit in own]

@@ -18,6 +18,7 @@ from drillrig_env.policy import Policy, channels_of, drive_of, is_exact
 from drillrig_env.policy.finding import context_of
 from drillrig_env.rig import Rig
 from drillrig_env.room.stock import Stock
+from drillrig_env.room.strangers import named
 
 MOST_STEPS = 36_000
 """Control steps of the longest run, an hour on the chapter's rig."""
@@ -121,16 +122,17 @@ class Setting:
     def lane(self, name: str, stock: Stock) -> tuple[Task, Policy]:
         """The task of a lane that the policy `name` controls, and the policy, made for it.
 
-        Raises `ValueError` where the sensors do not show what the policy must see, and for a rig, a drive or a course
-        that the environment refuses; beyond it, whatever the policy raises when it is made.
+        Raises `ValueError` where the sensors do not show what the policy must see, for a rig, a drive or a course that
+        the environment refuses, and for whatever the policy raises when it is made.
         """
         rig, law = self.driven(stock), None if stock.friction is None else stock.friction.law
         plain = Task.for_rig(rig, sensors=self.sensors)
         course = Course(time=np.zeros(1), **{name: [value] for name, value in self.values().items()})
         base = replace(plain, scenario=scenario_of(plain, course, law))
-        policy = stock.policy(name).make(**context_of(base))
-        sees, shown = channels_of(policy), base.sensors.names
-        exact = is_exact(policy)
+        source, context, shown = stock.policy(name), context_of(base), base.sensors.names
+        with named(f"{name} with k_p = {self.k_p:g} V s/rad and k_i = {self.k_i:g} V/rad"):
+            policy = source.make(**context)
+            sees, exact, own_drive = channels_of(policy), is_exact(policy), drive_of(policy)
         if missing := [channel for channel in sees or () if channel not in shown and not exact]:
             raise ValueError(f"{name} sees {', '.join(missing)}, which the sensors {self.sensors!r} do not show")
         task = Task.of(
@@ -138,7 +140,7 @@ class Setting:
             sensors=shown if sees is None else sees,
             noise=0.0 if exact else self.noise,
             delay=0 if exact else self.delay,
-            drive=drive_of(policy),
+            drive=own_drive,
             duration=MOST_STEPS * plain.control_period,
         )
         return task, policy

@@ -13,6 +13,7 @@ from drillrig_env.policy import PolicySource, find_policy
 from drillrig_env.policy.finding import installed_names
 from drillrig_env.rig import RIGS, Rig
 from drillrig_env.room.shipped import ShippedAgent, shipped_agents
+from drillrig_env.room.strangers import named
 
 OWN_RIG = "own"
 """The name of the rig that the command line gives."""
@@ -35,7 +36,8 @@ class Stock:
     def of(cls, rig: Rig | None = None, friction: Friction | None = None, policies: Sequence[str] = ()) -> Stock:
         """The rigs with a name and `rig`; the installed policies but slow ones, the shipped agents, and `policies`.
 
-        `policies` are names or FILE.py:CLASS as `find_policy` takes them. Raises what that raises.
+        `policies` are names or FILE.py:CLASS as `find_policy` takes them. `ValueError` for one that is not there, that
+        cannot be read, or that is called as another one is.
         """
         rigs = {name: Rig.preset(name) for name in RIGS}
         begun = next((name for name, known in rigs.items() if known == rig), OWN_RIG) if rig else next(iter(rigs))
@@ -44,8 +46,9 @@ class Stock:
         found, left_out = {}, {}
         for name in installed_names():
             try:
-                source = find_policy(name)
-            except ImportError as error:
+                with named(name):
+                    source = find_policy(name)
+            except ValueError as error:
                 left_out[name] = str(error)
                 continue
             if not source.slow:
@@ -53,7 +56,10 @@ class Stock:
         for name in shipped_agents():
             found[name] = PolicySource(name, {"": partial(ShippedAgent, name)}, {"kind": "shipped"})
         for name in policies:
-            found[_short(name)] = find_policy(name)
+            with named(f"policy {name!r} cannot be read"):
+                source = find_policy(name)
+            if found.setdefault(short := _short(name), source).about != source.about:
+                raise ValueError(f"policy {name!r}: there is another one that is called {short}; rename its class")
         return cls(rigs, found, begun, friction, left_out)
 
     def policy(self, name: Any) -> PolicySource:

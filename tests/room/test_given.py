@@ -53,13 +53,15 @@ def test_a_plan_comes_by_itself():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"normal_force": -1.0}, "normal_force = -1.0 N is not allowed; allowed: >= 0 N"),
+        ({"normal_force": -1.0}, "normal_force = -1.0 N is not allowed; allowed: >= 0 and <= 10000 N"),
         ({"normal_force": float("nan")}, "normal_force = nan N"),
         ({"normal_force": ""}, "normal_force = '' is not a number"),
         ({"speed_target": 0.0}, "speed_target = 0.0 rad/s is not allowed; allowed: >= 0.01 and <= 10 rad/s"),
         ({"speed_target": "fast"}, "speed_target = 'fast' is not a number"),
         ({"mu_k": 0.6}, "mu_s = 0.5 is not allowed; allowed: >= mu_k = 0.6"),
-        ({"v_b": -2}, "v_b = -2 s/rad"),
+        ({"v_b": -2}, "v_b = -2 s/rad is not allowed; allowed: > 0 and <= 10000 s/rad"),
+        ({"normal_force": 1e300}, "normal_force = 1e+300 N is not allowed; allowed: >= 0 and <= 10000 N"),
+        ({"mu_s": 1e12}, "mu_s = 1000000000000.0 is not allowed; allowed: >= 0 and <= 100"),
         ({"weight": 3.0}, "unknown value 'weight'"),
     ],
 )
@@ -70,9 +72,24 @@ def test_what_is_not_allowed_changes_nothing(given, changes, sentence):
     np.testing.assert_array_equal(given.row(0), [VALUES[name] for name in COLUMNS])
 
 
+def test_a_plan_is_checked_like_what_is_given_by_hand():
+    with pytest.raises(ValueError, match="mu_k = 101 is not allowed"):
+        Given(Task(), VALUES, {3: {"mu_k": 101}})
+
+
+def test_what_is_allowed_grows_with_the_rig():
+    task = Task.for_rig("field_2500m")
+    values = {**VALUES, "speed_target": 1.3}
+    scales = task.scales
+    Given(task, {**values, "normal_force": 0.9e4 * scales.force, "v_b": 0.9e4 / scales.speed})
+    with pytest.raises(ValueError, match="normal_force"):
+        Given(task, {**values, "normal_force": 1.1e4 * scales.force})
+
+
 @pytest.mark.parametrize(
     ("ramp", "sentence"),
     [
+        (("normal_force", 1e300, 1.0), "normal_force = 1e+300 N is not allowed; allowed: >= 0 and <= 10000 N"),
         (("normal_force", -5.0, 1.0), "normal_force = -5.0 N"),
         (("normal_force", 5.0, 0.0), "time of a ramp = 0.0 s"),
         (("normal_force", 5.0, 601), "time of a ramp = 601 s"),
