@@ -32,6 +32,8 @@ export class Controls {
     this.send = send;
     this.paused = false;
     this.times = 1;
+    /** @type {string | number | null} */
+    this.rig = null; // that the step and the ramp are offered for
     /** @param {string} name @param {number | string | null} value */
     const give = (name, value) => send({ do: "give", values: { [name]: value } });
     /** @param {string} name @param {number | string | null} value */
@@ -82,6 +84,16 @@ export class Controls {
     });
   }
 
+  /**
+   * Offer a step and a ramp that are something on this rig.
+   * @param {State} state
+   */
+  #offer(state) {
+    const [to, within] = [0.625 * state.sliders.normal_force[1], 10 * state.time_scale];
+    /** @type {HTMLInputElement} */ (byId("load-to")).value = String(Number(to.toPrecision(2)));
+    /** @type {HTMLInputElement} */ (byId("load-time")).value = String(Number(within.toPrecision(2)));
+  }
+
   togglePause() {
     this.send({ do: "pause", paused: !this.paused });
   }
@@ -96,6 +108,10 @@ export class Controls {
 
   /** @param {State} state */
   show(state) {
+    if (state.setting.rig !== this.rig) {
+      this.rig = state.setting.rig;
+      this.#offer(state);
+    }
     this.paused = state.paused;
     this.times = state.times;
     byId("pause").textContent = state.at_end ? "At the end" : state.paused ? "Go on" : "Pause";

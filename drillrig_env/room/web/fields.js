@@ -3,16 +3,18 @@
 /** @typedef {(name: string, value: number | string | null) => void} OnChange */
 
 const PAUSE = 40;
+const DECIMAL = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i;
 
 /**
- * A number as a person writes it, with a point or a comma; what is none stays text, and the rig says what is wrong.
+ * A number as a person writes it, with a point or a comma, in wide digits too; what is none stays text, and the rig says
+ * what is wrong.
  * @param {string} text
  * @returns {number | string}
  */
 export function number(text) {
-  const plain = text.trim().replace("−", "-").replace(/^(-?\d*),(\d+)$/, "$1.$2");
-  const value = Number(plain);
-  return plain === "" || !Number.isFinite(value) ? text.trim() : value;
+  const plain = text.normalize("NFKC").trim().replace("−", "-").replace(/^([-+]?\d*),(\d+)$/, "$1.$2");
+  const value = DECIMAL.test(plain) ? Number(plain) : Number.NaN;
+  return Number.isFinite(value) ? value : text.trim();
 }
 
 /** One field. */

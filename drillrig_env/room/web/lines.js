@@ -105,14 +105,17 @@ export class Lines {
     /** @param {uPlot} _ @param {number[]} values */
     const values = (_, values) => values.map((v) => shown(v, values.length > 1 ? values[1] - values[0] : 1));
     const label = { labelSize: 1.2 * size, labelFont: font(0.8), labelGap: 0 };
+    // Two numbers at least on an axis, as long as there is room for them.
+    /** @param {uPlot} _ @param {number} _axis @param {number} _low @param {number} _high @param {number} tall */
+    const space = (_, _axis, _low, _high, tall) => Math.max(1.1 * size, Math.min(1.9 * size, tall / 5));
     /** @type {uPlot.Axis[]} */
     const axes = [
       { ...axis, show: true, size: this.last ? 1.4 * size : 0.5 * size, gap: 3, values: this.last ? values : () => [],
         label: this.last ? "time, s" : undefined, ...(this.last ? label : {}) },
-      { ...axis, scale: "y", size: 2.7 * size, gap: 3, space: 1.9 * size, values, label: this.kind.label, ...label },
+      { ...axis, scale: "y", size: 2.7 * size, gap: 3, space, values, label: this.kind.label, ...label },
     ];
     if (this.kind.right) {
-      axes.push({ ...axis, scale: "right", side: 1, size: 2.5 * size, gap: 3, space: 1.9 * size, values,
+      axes.push({ ...axis, scale: "right", side: 1, size: 2.5 * size, gap: 3, space, values,
         label: this.kind.right, ...label, grid: { show: false } });
     }
     /** @param {string} scale @returns {uPlot.Range.Function} */

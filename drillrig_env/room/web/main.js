@@ -6,9 +6,9 @@ import { byId, Controls, say } from "./controls.js";
 import { GIVEN_AT, readFrame } from "./frames.js";
 import { linkOf, picture, replay, save, settingOf } from "./keep.js";
 import { listen } from "./keys.js";
+import { Looks, toggleFullScreen } from "./looks.js";
 import { Panel } from "./panel.js";
 import { Tale } from "./stories.js";
-import { forgetStyle, isDark, onWish, setPrinting, toggleTheme } from "./theme.js";
 
 /** @typedef {import("./types.js").Welcome} Welcome */
 /** @typedef {import("./types.js").State} State */
@@ -18,10 +18,13 @@ import { forgetStyle, isDark, onWish, setPrinting, toggleTheme } from "./theme.j
 const VERSION = 1;
 const FRAME_TIME = 1000 / 30; // ms
 const EARLY = 8; // ms, by which a frame may come before it is due: half of a screen's own
-const SPANS = [10, 30, 60, 120];
+const SETTING_UP = "The rigs are being set up …; the first time on a machine this takes half a minute.";
+const TOLD = 10_000; // ms for which it is said that a run began anew
 
 /** @type {State | null} */
 let state = null;
+let told = 0; // the timer that takes away what is said of the connection
+let begins = true; // whether the server is at setting a run up, of which nothing was heard yet
 /** @type {Setting} */
 let wanted = {}; // what was asked for and not answered yet: a server that comes back is asked again
 /** @type {Controls | null} */
@@ -30,13 +33,14 @@ let controls = null;
 let tale = null;
 /** @type {Panel[]} */
 let panels = [];
-let lecturing = false;
 let due = 0; // when the next frame is to be drawn, ms
 let toDraw = true;
 const clock = new Clock();
-const params = new URLSearchParams(location.search);
 
-const connection = new Connection(onText, onFrame, (sentence) => say("connection", sentence));
+const connection = new Connection(onText, onFrame, (sentence) => {
+  clearTimeout(told);
+  say("connection", sentence);
+});
 
 /** @param {Record<string, unknown>} message */
 function send(message) {
@@ -69,37 +73,54 @@ function onText(message) {
 
 /** @param {Welcome} welcome */
 function greet(welcome) {
+  say("connection", SETTING_UP);
   if (!controls) {
     controls = new Controls(welcome, send);
     tale = new Tale(welcome.stories, send);
     panels = ["A", "B"].map((name) => new Panel(name, welcome.policies, send));
     byId("lanes").replaceChildren(...panels.map((panel) => panel.element));
-    if (welcome.begin.full_screen || params.has("lecture")) setLecture(true);
+    if (welcome.begin.full_screen) looks.lecture(true);
   }
   const held = state ? { ...state.setting, ...wanted } : settingOf(location.hash);
   connection.send({ do: "begin", version: VERSION, setting: held });
+  if (state?.story) connection.send({ do: "story", name: state.story.name, part: 0 });
+  begins = true;
 }
 
 /** @param {State} now */
 function show(now) {
-  if (!state || now.run !== state.run || now.step < state.step) {
+  if (begins) say("connection", state ? anew(state) : "");
+  if (begins || !state || now.run !== state.run || now.step < state.step) {
     for (const panel of panels) panel.clear();
     clock.reset();
   }
+  begins = false;
   state = now;
   for (const [name, value] of Object.entries(wanted)) if (now.setting[name] === value) delete wanted[name];
   controls?.show(now);
   tale?.show(now);
+  looks.showSpans(now.time_scale);
   panels.forEach((panel, place) => {
     panel.show(now, place);
   });
   toDraw = true;
 }
 
+/**
+ * What to say when the connection is there again: the server has forgotten the run.
+ * @param {State} was
+ */
+function anew(was) {
+  const what = was.story ? "the story" : "a run with the same setting";
+  clearTimeout(told);
+  told = setTimeout(() => say("connection", ""), TOLD);
+  return `The server is there again, and ${what} begins anew; what was before is lost.`;
+}
+
 /** @param {ArrayBuffer} buffer */
 function onFrame(buffer) {
   const frame = readFrame(buffer);
-  if (!frame || !state || frame.run !== state.run) return;
+  if (!frame || !state || begins || frame.run !== state.run) return;
   frame.lanes.forEach((_, lane) => {
     panels[lane]?.add(frame, lane);
   });
@@ -129,20 +150,6 @@ function refuse(field, sentence) {
   else if (!controls?.refuse(field, sentence)) say("refusal-other", sentence);
 }
 
-/** @param {boolean} on */
-function setLecture(on) {
-  lecturing = on;
-  document.body.classList.toggle("lecture", on);
-  byId("lecture").setAttribute("aria-pressed", String(on));
-  forgetStyle();
-  toDraw = true;
-}
-
-function toggleFullScreen() {
-  if (document.fullscreenElement) document.exitFullscreen();
-  else document.documentElement.requestFullscreen().catch(() => {});
-}
-
 /** @param {number} now */
 function draw(now) {
   requestAnimationFrame(draw);
@@ -159,60 +166,10 @@ function draw(now) {
 
 function drawAll() {
   if (!state) return;
-  const chosen = Number(/** @type {HTMLSelectElement} */ (byId("span")).value);
-  for (const panel of panels) panel.draw(clock.shown, chosen * state.time_scale, state);
+  const span = looks.span(state.time_scale);
+  for (const panel of panels) panel.draw(clock.shown, span, state);
   byId("time").textContent = `${clock.shown.toFixed(1)} s`;
   document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
-}
-
-function looks() {
-  const span = /** @type {HTMLSelectElement} */ (byId("span"));
-  for (const seconds of SPANS) span.add(new Option(`${seconds} s`, String(seconds), seconds === 30, seconds === 30));
-  const view = /** @type {HTMLSelectElement} */ (byId("view"));
-  const again = () => {
-    forgetStyle();
-    toDraw = true;
-  };
-  span.addEventListener("change", again);
-  view.addEventListener("change", () => {
-    document.body.dataset.view = view.value;
-    again();
-  });
-  const theme = byId("theme");
-  const named = () => {
-    theme.textContent = isDark() ? "Light" : "Dark";
-    again();
-  };
-  theme.addEventListener("click", () => {
-    toggleTheme();
-    named();
-  });
-  onWish(named);
-  named();
-  byId("lecture").addEventListener("click", () => setLecture(!lecturing));
-  byId("help").addEventListener("click", () => /** @type {HTMLDialogElement} */ (byId("keys")).showModal());
-  addEventListener("resize", again);
-  addEventListener("beforeprint", () => {
-    setPrinting(true);
-    forgetStyle();
-    drawAll();
-  });
-  addEventListener("afterprint", () => {
-    setPrinting(false);
-    again();
-  });
-  document.addEventListener("click", () => {
-    if (lecturing && !document.fullscreenElement && !params.has("lecture")) wantFullScreen();
-  });
-}
-
-let asked = false;
-
-/** A browser lets a page fill the screen only when somebody has pressed something: once is enough. */
-function wantFullScreen() {
-  if (asked) return;
-  asked = true;
-  toggleFullScreen();
 }
 
 function keeping() {
@@ -245,7 +202,9 @@ function keeping() {
   });
 }
 
-looks();
+const looks = new Looks(drawAll, () => {
+  toDraw = true;
+});
 keeping();
 listen({
   " ": () => controls?.togglePause(),
@@ -258,7 +217,7 @@ listen({
   b: () => panels[1]?.toggleHand(),
   "[": () => tale?.move(-1),
   "]": () => tale?.move(1),
-  l: () => setLecture(!lecturing),
+  l: () => looks.lecture(),
   f: toggleFullScreen,
   "?": () => /** @type {HTMLDialogElement} */ (byId("keys")).showModal(),
 });
