@@ -23,13 +23,17 @@ class Outbox:
         self._filled = asyncio.Event()
         self.left_out = 0  # control steps in all
 
-    def add(self, step: Step) -> None:
-        """Put a control step in; where too many wait, the oldest one is left out."""
+    def add(self, step: Step, more: bool = False) -> None:
+        """Put a control step in; where too many wait, the oldest one is left out.
+
+        Where `more` come at once, it waits for them, to go in one frame.
+        """
         if len(self._steps) == MOST_STEPS:
             self._steps.popleft()
             self._gap, self.left_out = True, self.left_out + 1
         self._steps.append(step)
-        self._filled.set()
+        if not more:
+            self._filled.set()
 
     def say(self, text: str, kind: str = "") -> None:
         """Put a text in; it takes the place of one of the same `kind` that still waits."""

@@ -65,20 +65,23 @@ class Session:
             while behind >= period and not self.paused and not self.lanes.at_end:
                 async with self._turn:
                     if not self.paused:
-                        await self._step()
+                        await self._step(more=behind >= 2.0 * period)
                 behind -= period
                 period = self.lanes.period / self.times
             if self.lanes.at_end:
                 self.say_state()
 
-    async def _step(self) -> None:
-        """One control step, unless the run is at its end; what a policy or the rig raises stops the clock."""
+    async def _step(self, more: bool = False) -> None:
+        """One control step, unless the run is at its end; what a policy or the rig raises stops the clock.
+
+        `more` says that others are due as well.
+        """
         lanes = self.lanes
         if lanes.at_end:
             return
         ramps = lanes.given.ramps
         try:
-            self.outbox.add(await self._worker.do(lanes.step))
+            self.outbox.add(await self._worker.do(lanes.step), more)
         except Exception as error:  # a lost state, or a policy that does not come back
             lanes.broken = self.paused = True
             self._refuse("run", f"the run has stopped, restart it: {said(error)}")

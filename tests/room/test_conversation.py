@@ -31,6 +31,15 @@ def test_a_run_is_told_in_frames_that_are_as_long_as_the_page_expects(client):
         np.testing.assert_allclose(given[:5], [10.0, 0.5, 0.306, 1.0, 2.5], rtol=1e-6)
 
 
+def test_a_run_that_is_fast_comes_in_fewer_frames(client):
+    with client().websocket_connect(ROOM) as socket:
+        page = Page(socket)
+        page.say("speed", times=10)
+        page.text("state", times=10.0)
+        steps = [int.from_bytes(page.frame()[4:6], "little") for _ in range(12)]
+        assert sum(steps[2:]) >= 20  # 100 control steps a second, in 30 frames
+
+
 def test_maps_follow_what_is_given_at_once(client):
     with client().websocket_connect(ROOM) as socket:
         page = Page(socket)

@@ -40,6 +40,19 @@ def test_a_text_takes_the_place_of_one_of_its_kind_and_goes_behind_what_was_said
     asyncio.run(go())
 
 
+def test_steps_that_come_at_once_go_together():
+    async def go():
+        outbox = Outbox()
+        waiting = asyncio.create_task(outbox.take())
+        outbox.add(0, more=True)
+        await asyncio.sleep(0.01)
+        assert not waiting.done()
+        outbox.add(1)
+        assert await waiting == ([], [0, 1], False)
+
+    asyncio.run(go())
+
+
 def test_steps_of_a_run_that_is_over_are_forgotten():
     async def go():
         outbox = Outbox()
