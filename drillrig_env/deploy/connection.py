@@ -64,7 +64,7 @@ def connect(address: str, token: str = "") -> Connection:
 
     >>> connect("rig.example")
     Traceback (most recent call last):
-    ValueError: address 'rig.example' is not allowed; allowed: HOST:PORT, such as 127.0.0.1:5025
+    ValueError: address 'rig.example' is not allowed; allowed: HOST:PORT, such as 127.0.0.1:5025, or opc.tcp://HOST:PORT
     """
     if address.startswith(OPC_UA):
         from drillrig_env.deploy.opcua_rig import OpcUaRig
