@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 from math import exp, sqrt
 
 import numpy as np
-from scipy.linalg import expm, solve_discrete_are
 
+from baselines.sampled import over_a_step, riccati
 from drillrig_env.arrays import FloatArray
 from drillrig_env.model import (
     STATE_NAMES,
@@ -68,7 +68,7 @@ class LinearRig:
         rates[MEAN_TORQUE, :7] = gain * torque_into_string(self.rig, np.eye(7)) / self.period
         rates[MEAN_TORQUE, 4] += per_speed / self.period
         rates[MEAN_TORQUE] += per_rate / self.period * rates[4]
-        sampled = expm(rates * self.period)
+        sampled = over_a_step(rates, self.period)
         transition = sampled[:SIZE, :SIZE].copy()
         transition[:, MEAN_TORQUE] = 0.0  # each step's mean begins anew
         object.__setattr__(self, "transition", transition)
@@ -119,7 +119,7 @@ class LinearRig:
         transition = self.transition.copy()
         transition[LEVEL, LEVEL] -= 1e-4  # speeds alone do not show the level: a leak, or there is no solution
         wander = spread @ spread.T + 1e-6 * np.eye(SIZE)  # the model is not quite true
-        covariance = solve_discrete_are(transition.T, rows.T, wander, seen)
+        covariance = riccati(transition.T, rows.T, wander, seen)
         return gain_of(covariance, rows, seen)
 
     def feedback_gain(self, twisting: float, effort: float) -> FloatArray:
@@ -135,7 +135,7 @@ class LinearRig:
         cost = 1e-6 * np.eye(n + 1)
         cost[2, 2] += 1.0
         cost[3:5, 3:5] += twisting * np.array([[1.0, -1.0], [-1.0, 1.0]])
-        price = solve_discrete_are(transition, by_change, cost, np.array([[effort]]))
+        price = riccati(transition, by_change, cost, np.array([[effort]]))
         gain = by_change.T @ price @ transition / (effort + by_change.T @ price @ by_change)
         full = np.zeros(SIZE + 1)
         full[[*kept, SIZE]] = gain[0]

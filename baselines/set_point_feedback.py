@@ -17,8 +17,8 @@ from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import expm, solve_discrete_are
 
+from baselines.sampled import over_a_step, riccati
 from drillrig_env.arrays import FloatArray
 from drillrig_env.fleet import side_by_side
 from drillrig_env.friction import Friction
@@ -84,7 +84,7 @@ def _gains(rig: Rig, effort: float, period: float, entries: int) -> FloatArray:
     table = np.empty((entries, SIZE))
     for i, slope in enumerate(slopes):
         transition, by_change = _sampled(rig, float(slope), period)
-        price = solve_discrete_are(transition, by_change, cost, np.array([[effort]]))
+        price = riccati(transition, by_change, cost, np.array([[effort]]))
         table[i] = (by_change.T @ price @ transition / (effort + by_change.T @ price @ by_change))[0]
     table.flags.writeable = False
     return table
@@ -96,5 +96,5 @@ def _sampled(rig: Rig, slope: float, period: float) -> tuple[FloatArray, FloatAr
     rates = np.zeros((SIZE, SIZE))
     rates[:7, :7] = jacobian(rig, slope)
     rates[:7, 7] = np.subtract(state_equations(zero, 1.0, 0.0, rig), state_equations(zero, 0.0, 0.0, rig))
-    transition = expm(rates * period)
+    transition = over_a_step(rates, period)
     return transition, transition[:, 7:].copy()
