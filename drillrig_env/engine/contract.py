@@ -16,6 +16,8 @@ P = TypeVar("P")
 R = TypeVar("R")
 
 
+_LOOK = 0.2  # s between two calls of `meanwhile`
+
 CALLS = 3
 """Calls of an error's traceback that are told, the innermost."""
 
@@ -23,6 +25,21 @@ CALLS = 3
 def innermost(error: BaseException) -> str:
     """The innermost calls of an error's traceback, as text."""
     return "".join(traceback.format_tb(error.__traceback__)[-CALLS:]).rstrip()
+
+
+def wait_for(look: Callable[[float], list[R]], meanwhile: Callable[[], object] | None, within: float | None) -> list[R]:
+    """What `look`, which waits up to the seconds that it is given, has found to be done: something, or none `within` s.
+
+    `meanwhile` is called each time that it has looked.
+    """
+    waited = 0.0
+    while True:
+        done = look(_LOOK)
+        waited += _LOOK
+        if meanwhile is not None:
+            meanwhile()
+        if done or (within is not None and waited > within):
+            return done
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from tempfile import mkdtemp
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from drillrig_env.command_line import Failed, deaf_to_interrupt
-from drillrig_env.engine.contract import Engine, Outcome, innermost
+from drillrig_env.engine.contract import Engine, Outcome, innermost, wait_for
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 P = TypeVar("P")
 R = TypeVar("R")
 
-_LOOK = 0.2  # s between two calls of `meanwhile`
 _AHEAD = 2  # pieces that a process is given beyond the one that it does, so that it need not wait
 
 
@@ -199,14 +198,13 @@ def _ended(
     """Futures that have ended, at least one of them, or none `within` s."""
     from concurrent.futures import FIRST_COMPLETED, wait
 
-    waited = 0.0
-    while True:
-        done, _ = wait(list(futures), _LOOK, FIRST_COMPLETED)
-        waited += _LOOK
-        if meanwhile is not None:
-            meanwhile()
-        if done or (within is not None and waited > within):
-            return [future for future in futures if future in done]
+    asked = list(futures)
+
+    def look(seconds: float) -> list[Future[Any]]:
+        done, _ = wait(asked, seconds, FIRST_COMPLETED)
+        return [future for future in asked if future in done]
+
+    return wait_for(look, meanwhile, within)
 
 
 def _outcome(number: int, future: Future[Any], jobs: int) -> Outcome[Any]:

@@ -9,16 +9,18 @@ import os
 import secrets
 import shutil
 import signal
+import socket
 import sys
 import tempfile
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext
 from typing import Any, TypeVar
 
 from drillrig_env.command_line import Failed
-from drillrig_env.engine.contract import Engine, Outcome
+from drillrig_env.engine.contract import Engine, Outcome, wait_for
 from drillrig_env.engine.packing import packed
 from drillrig_env.engine.worker import LEAVE, SAVE, Answer, answer, asked_by_interrupt, opened, packed_work
 from drillrig_env.extras import missing
@@ -27,10 +29,12 @@ from drillrig_env.jit.threads import available_threads
 P = TypeVar("P")
 R = TypeVar("R")
 
-_LOOK = 0.2  # s between two calls of `meanwhile`
 _ROOM = 4  # pieces for each core that are given before others are done, so that no worker need wait
 _LEAST_ROOM = 64  # so that a cluster that grows with what is asked of it sees that more is
 _TRIES = 3  # more times that a piece is given whose worker or machine was lost
+_CLIENT = "ray://"
+_LISTENS = 5.0  # s in which the head of a cluster is to take a connection
+_CONNECT = 40.0  # s after which Ray's client has tried often enough
 _STORE = 200_000_000  # bytes of memory that an instance of our own shares: pieces are small
 
 
@@ -75,14 +79,14 @@ class OnRay(Engine):
             print("starting Ray here, about 10 s", file=sys.stderr, flush=True)
         handlers = _handlers()
         try:
-            self._ray.init(address=self._address, log_to_driver=False, logging_level="ERROR", **own)
-        except (ConnectionError, TimeoutError, ValueError, RuntimeError) as error:
+            if self._address.startswith(_CLIENT):
+                _look_for(self._address)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "Ray Client connection timed out")  # which is said below
+                self._ray.init(address=self._address, log_to_driver=False, logging_level="ERROR", **own)
+        except (OSError, ValueError, RuntimeError) as error:
             self.end()
-            from ray._private import client_mode_hook
-
-            client_mode_hook.is_client_mode_enabled = (
-                False  # a client that did not connect leaves it on for all after it
-            )
+            self._ray.shutdown()  # a client that did not connect would leave Ray's functions those of a client
             reason = (str(error).strip() or type(error).__name__).splitlines()[0]
             raise Failed(f"--on {self.where}: {_NO_CLUSTER.get(self._address, 'no answer')} ({reason})") from error
         finally:
@@ -155,15 +159,13 @@ class OnRay(Engine):
         self, running: dict[Any, int], meanwhile: Callable[[], object] | None, within: float | None
     ) -> list[Any]:
         """References to pieces that have ended, at least one of them, or none `within` s."""
-        waited = 0.0
-        while True:
+
+        def look(seconds: float) -> list[Any]:
             done: list[Any]
-            done, _ = self._ray.wait(list(running), num_returns=1, timeout=_LOOK, fetch_local=True)
-            waited += _LOOK
-            if meanwhile is not None:
-                meanwhile()
-            if done or (within is not None and waited > within):
-                return done
+            done, _ = self._ray.wait(list(running), num_returns=1, timeout=seconds, fetch_local=True)
+            return done
+
+        return wait_for(look, meanwhile, within)
 
     def _outcome(self, number: int, reference: Any) -> Outcome[Any]:
         errors = self._ray.exceptions
@@ -188,6 +190,16 @@ _NO_CLUSTER = {
     "local": "Ray does not start",
     "auto": "there is no cluster that this machine is part of; `ray start --head` starts one, --on ray an own instance",
 }
+
+
+def _look_for(address: str) -> None:
+    """Say that the head of a cluster is being asked, and for how long. `OSError` where nobody listens there."""
+    print(f"--on {address}: asking, for up to {_CONNECT:.0f} s", file=sys.stderr, flush=True)
+    host, _, port = address.removeprefix(_CLIENT).rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_LISTENS).close()
+    except OSError as error:
+        raise ConnectionError((error.strerror or str(error)).lower()) from error
 
 
 def _answer_here(key: str, content: bytes, piece: bytes, apart: bool) -> Answer:

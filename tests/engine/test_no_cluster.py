@@ -28,12 +28,23 @@ def test_this_machine_is_part_of_none(monkeypatch):
     assert signal.getsignal(signal.SIGTERM) is earlier
 
 
-def test_nobody_answers_at_an_address():
+def test_nobody_listens_at_an_address(capsys):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         address = f"ray://127.0.0.1:{free.getsockname()[1]}"
-    with pytest.raises(Failed, match=f"--on {address}: no answer"):
+    with pytest.raises(Failed, match=rf"--on {address}: no answer \(connection refused\)"):
         engine_at(address).__enter__()
+    assert capsys.readouterr().err == f"--on {address}: asking, for up to 40 s\n"
+
+
+def test_what_listens_at_an_address_is_no_ray(monkeypatch, recwarn):
+    monkeypatch.setattr("ray.util.client.worker.INITIAL_TIMEOUT_SEC", 1)
+    monkeypatch.setattr("ray.util.client.worker.MAX_TIMEOUT_SEC", 1)
+    with socket.create_server(("127.0.0.1", 0)) as mute:
+        address = f"ray://127.0.0.1:{mute.getsockname()[1]}"
+        with pytest.raises(Failed, match=f"--on {address}: no answer"):
+            engine_at(address).__enter__()
+    assert not [one for one in recwarn if "Ray" in str(one.message)]
     from ray._private.client_mode_hook import client_mode_should_convert
 
     assert not client_mode_should_convert()  # another engine may begin in this process
