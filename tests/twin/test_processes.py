@@ -18,6 +18,7 @@ from tests.twin.serving import serving, soon
 pytest.importorskip("onnxruntime")
 
 COMMAND = [sys.executable, "-m", "drillrig_env.cli"]
+ROOM = 20_000  # bytes that a full disk still takes: a log can be begun, and holds some of the steps
 
 
 @contextmanager
@@ -140,23 +141,23 @@ def test_on_a_full_disk_the_rig_is_controlled_on(tmp_path):
     resource = pytest.importorskip("resource")
     log = tmp_path / "run.csv"
     with serving() as served:
-        words = [*COMMAND, "run", "constant", "--connect", served.address, "--duration", "10", "--log", str(log)]
+        words = [*COMMAND, "run", "constant", "--connect", served.address, "--duration", "20", "--log", str(log)]
         done = subprocess.run(
             words,
             capture_output=True,
             text=True,
             check=False,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (6000, 6000)),
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM, ROOM)),
         )
-        assert served.station.taken >= 98
+        assert served.station.taken >= 198
     assert done.returncode == 1
     assert re.search("log: .* cannot be written: .*; it ends here, the rig is controlled on", done.stdout)
     assert "normal at" in done.stdout
     assert "Traceback" not in done.stderr
-    assert 3000 < log.stat().st_size <= 6000
+    assert ROOM - 1000 < log.stat().st_size <= ROOM
     found = replay_log(log)
     assert found.differing == 0
-    assert 10 < found.steps < 100
+    assert 10 < found.steps < 200
 
 
 def test_a_disk_that_is_full_from_the_start_turns_nothing():
@@ -169,7 +170,7 @@ def test_a_disk_that_is_full_from_the_start_turns_nothing():
         assert soon(lambda: served.station.state == "idle")  # given back
     assert done.returncode == 1
     assert done.stderr.startswith("error: ")
-    assert "No space left on device" in done.stderr
+    assert "no space left on device" in done.stderr
 
 
 def test_it_runs_where_only_what_is_needed_can_be_imported(tmp_path):
