@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.ticker import FormatStrFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from agents.tuning.space import Dimension
 from agents.tuning.tries import worth
@@ -39,6 +40,7 @@ def plot_study(study: Study) -> Picture:
     _dots(over_time, np.arange(len(tries)), worths, full, best)
     reached = np.maximum.accumulate(np.where(full, worths, -np.inf))
     over_time.step(np.arange(len(tries)), np.where(np.isfinite(reached), reached, np.nan), where="post", color=DARK)
+    over_time.xaxis.set_major_locator(MaxNLocator(integer=True))
     over_time.set_xlabel("tries, as they were begun")
     over_time.set_ylabel(study.question.objective)
     for number, one in enumerate(dimensions):
@@ -68,4 +70,10 @@ def _places(panel: Any, one: Dimension, drawn: list[Any]) -> Any:
         return [one.choices.index(value) for value in drawn]
     if one.log:
         panel.set_xscale("log")
+        panel.set_xlim(0.9 * one.low, 1.1 * one.high)
+        panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+        panel.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+        panel.xaxis.set_minor_formatter(NullFormatter())
+    elif all(isinstance(value, int) for value in drawn):
+        panel.xaxis.set_major_locator(MaxNLocator(integer=True))
     return drawn
