@@ -194,7 +194,7 @@ def test_missing_matplotlib_says_what_to_install(monkeypatch):
     style = sys.modules["drillrig_env.plots.style"]
     monkeypatch.delitem(sys.modules, "drillrig_env.plots.style")
     without(monkeypatch, "matplotlib")
-    with pytest.raises(ImportError, match=r"pip install '\.\[plot\]'"):
+    with pytest.raises(ImportError, match=r"pip install -e '\.\[plot\]'"):
         importlib.import_module(style.__name__)
 
 

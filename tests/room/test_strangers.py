@@ -133,7 +133,7 @@ def test_a_policy_that_cannot_be_made_leaves_the_run_as_it_was(client, known, na
         ("1 / 0", "cannot be read: ZeroDivisionError in bad.py, line 1: division by zero"),
         ("raise SystemExit(4)", "cannot be read: SystemExit in bad.py, line 1: 4"),
         ("def (", "cannot be read: SyntaxError: invalid syntax (bad.py, line 1)"),
-        ("\x00", "cannot be read: SyntaxError"),
+        ("\x00", "null bytes"),
         ("class Other: pass", "has no class 'Law'; allowed: Other"),
     ],
 )
