@@ -1,19 +1,18 @@
 """Evaluations on Ray: the digests of one process from workers and nodes, also where these are killed in the midst."""
 
 import os
-import threading
-import time
-from pathlib import Path
+import re
 
 import pytest
 
+from drillrig_env.cli import main
 from drillrig_env.engine import Local, engine_at
 from drillrig_env.engine.on_ray import OnRay
 from drillrig_env.evaluation.evaluate import evaluate
-from drillrig_env.evaluation.store import HISTORIES
+from drillrig_env.evaluation.store import CSV, HISTORIES
+from tests.engine.nodes import two_nodes
 
-pytest.importorskip("ray")
-cluster_utils = pytest.importorskip("ray.cluster_utils")
+pytest.importorskip("ray.cluster_utils")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name == "nt", reason="signals")]
 
 RIGS = 2200
@@ -65,18 +64,17 @@ def test_a_worker_that_is_killed_changes_nothing(tmp_path):
 
 
 def test_two_nodes_of_which_one_is_killed_give_the_digests_of_one_process(alone, tmp_path):
-    settings = {"num_cpus": 1, "object_store_memory": 100_000_000}
-    cluster = cluster_utils.Cluster(initialize_head=True, head_node_args={**settings, "include_dashboard": False})
-    second, kept = cluster.add_node(**settings), Path(tmp_path, "pieces")
+    with two_nodes() as (cluster, kill_when), OnRay(cluster.address) as engine:
+        kill_when(lambda: bool(list((tmp_path / "pieces").rglob("*.npz"))))
+        assert content(tmp_path, engine) == alone
 
-    def kill():
-        while not list(kept.rglob("*.npz")):
-            time.sleep(0.02)
-        cluster.remove_node(second, allow_graceful=False)
 
-    try:
-        with OnRay(cluster.address) as engine:
-            threading.Thread(target=kill, daemon=True).start()
-            assert content(tmp_path, engine) == alone
-    finally:
-        cluster.shutdown()
+def test_all_that_take_part_have_on_ray_the_digests_of_one_process(tmp_path):
+    """On few rigs, a piece each: policies are what travels here."""
+    for name, there in (("alone", ()), ("ray", ("--on", "ray", "--jobs", "2"))):
+        words = ["--suite", "default", "--rigs", "40", "--no-pictures", "--output", str(tmp_path / name), *there]
+        assert main(["evaluate", *words]) == 0
+    alone, found = ((tmp_path / name / CSV).read_bytes() for name in ("alone", "ray"))
+    assert len(set(re.findall(rb"^default,([^,]+)", alone, re.MULTILINE))) >= 9
+    assert found == alone
+    assert (tmp_path / "ray" / HISTORIES).read_bytes() == (tmp_path / "alone" / HISTORIES).read_bytes()
