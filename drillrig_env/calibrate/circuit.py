@@ -90,7 +90,7 @@ def _solved(table: FloatArray, names: tuple[str, ...], unknowns: Unknowns) -> di
         return np.asarray(sides @ values - given)
 
     def slopes(_: FloatArray) -> FloatArray:
-        return sides
+        return sides.copy()  # SciPy before 1.16 weighs its rows in place
 
     inside = np.clip(rough, 1.001 * bounds[0], 0.999 * bounds[1])
     found = least_squares(residuals, inside, slopes, bounds=bounds, x_scale=start, loss="soft_l1", f_scale=noise)
