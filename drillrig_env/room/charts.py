@@ -47,10 +47,12 @@ class Charts:
         self._outbox = outbox
         self._asked: Asked | None = None
         self._given: tuple[Any, ...] | None = None
-        self._wanted = asyncio.Event()
+        self._mapped: tuple[Asked, dict[Rig, dict[str, Any]]] | None = None
+        self._wanted, self._to_follow = asyncio.Event(), asyncio.Event()
         self._prepared: dict[str, Rig] = {}
         self._preparing: asyncio.Task[None] | None = None
-        self._worker, self._beside = Worker(None), Worker(None)  # what prepares would hold the drawing up for a second
+        # What follows an orbit, or prepares, would hold the map up for a second, and longer while kernels are compiled.
+        self._mapper, self._worker, self._beside = Worker(None), Worker(None), Worker(None)
 
     def want(self, run: int, lanes: Lanes) -> None:
         """Have maps and orbits drawn, where run, friction, force or target are others than they were."""
@@ -62,36 +64,54 @@ class Charts:
     async def draw(self) -> None:
         """Work out what is wanted, for ever; in threads, so that no clock waits, which end when this does."""
         try:
-            await self._draw()
+            async with asyncio.TaskGroup() as loops:
+                loops.create_task(self._map())
+                loops.create_task(self._follow())
         finally:
-            self._wanted.set()
-            self._worker.close()
-            self._beside.close()
+            self._asked = None
+            for worker in (self._mapper, self._worker, self._beside):
+                worker.close()
 
-    async def _draw(self) -> None:
+    async def _map(self) -> None:
+        """Tell the map of what is asked for, whatever is being followed."""
         while True:
             await self._wanted.wait()
             self._wanted.clear()
             asked = self._asked
             if asked is None:
                 continue
-            maps = await self._worker.do(partial(quick, asked))
+            maps = await self._mapper.do(partial(quick, asked))
+            if not self._is_old(asked):
+                self._mapped = asked, maps
+                self._to_follow.set()
             self._tell(asked, maps)
+
+    async def _follow(self) -> None:
+        """Tell orbits and the true end of stick-slip for the map that was told last."""
+        while True:
+            await self._to_follow.wait()
+            self._to_follow.clear()
+            if self._mapped is None:
+                continue
+            asked, maps = self._mapped
             charts = await self._worker.do(partial(with_orbits, asked, maps))
-            if self._wanted.is_set():
+            if self._is_old(asked):
                 continue
             self._tell(asked, charts)
             try:
-                await asyncio.wait_for(self._wanted.wait(), _REST)
+                await asyncio.wait_for(self._to_follow.wait(), _REST)
                 continue
             except TimeoutError:
                 pass
-            slow = await self._worker.do(partial(thorough, asked, charts, self._wanted.is_set))
-            if slow is not None and not self._wanted.is_set():
+            slow = await self._worker.do(partial(thorough, asked, charts, partial(self._is_old, asked)))
+            if slow is not None and not self._is_old(asked):
                 self._tell(asked, slow)
             if self._prepared != asked.rigs:
                 self._prepared = asked.rigs
                 self._preparing = asyncio.create_task(self._beside.do(partial(prepare, asked)))
+
+    def _is_old(self, asked: Asked) -> bool:
+        return asked is not self._asked
 
     def _tell(self, asked: Asked, charts: dict[Rig, dict[str, Any]]) -> None:
         lanes = [

@@ -141,6 +141,7 @@ class Session:
                 recorded = await self._worker.do(partial(Recorded.of, run, "the recorded run"))
                 self.stock.check_rig(recorded.rig)
                 await self._begin(self.lanes.setting, recorded)
+                self.paused = False
             case protocol.Begin():
                 raise ValueError("control room: the room has begun already; send another setting by set")
 

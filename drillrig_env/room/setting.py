@@ -134,7 +134,11 @@ class Setting:
             policy = source.make(**context)
             sees, exact, own_drive = channels_of(policy), is_exact(policy), drive_of(policy)
         if missing := [channel for channel in sees or () if channel not in shown and not exact]:
-            raise ValueError(f"{name} sees {', '.join(missing)}, which the sensors {self.sensors!r} do not show")
+            enough = [other for other in SENSORS if set(sees or ()) <= set(Sensors.named(other).names)]
+            would_do = f"; sensors that would do: {', '.join(enough)}" if enough else ""
+            raise ValueError(
+                f"{name} sees {', '.join(missing)}, which the sensors {self.sensors!r} do not show{would_do}"
+            )
         task = Task.of(
             base,
             sensors=shown if sees is None else sees,

@@ -57,7 +57,7 @@ STORIES: dict[str, Story] = {
             ),
             Part(
                 "The same load, put on slowly",
-                "Now N_1 rises to 25 N within 30 s. Nothing throws the bit off, and A stays calm, at the very same "
+                "Now N₁ rises to 25 N within 30 s. Nothing throws the bit off, and A stays calm, at the very same "
                 "force, friction and speed at which it stuck before.",
                 _laboratory(a="constant", b="lqg", start="steady", speed_target=3.14, normal_force=5.0),
                 ramps=(("normal_force", 25.0, 30.0),),
@@ -82,10 +82,11 @@ STORIES: dict[str, Story] = {
             ),
             Part(
                 "And back to 10 N",
-                "Force, friction and speed reference are what they were in the beginning. B is calm, A sticks and "
-                "slips on, for ever: what a rig does here depends on what happened to it before. In the plane of twist "
-                "and speed A runs on the closed curve, and B rests at the point inside.",
-                values={"normal_force": 10.0},
+                "Not at once, but within 5 s, for a sudden step may by chance shake A loose. Then force, friction and "
+                "speed reference are what they were in the beginning. B is calm, A sticks and slips on, for ever: what "
+                "a rig does here depends on what happened to it before. In the plane of twist and speed A runs on the "
+                "closed curve, and B rests at the point inside.",
+                ramps=(("normal_force", 10.0, 5.0),),
             ),
         ),
     ),
@@ -122,15 +123,16 @@ STORIES: dict[str, Story] = {
                 _laboratory(a="constant", b="jump_ease", start="stick_slip", speed_target=2.1),
             ),
             Part(
-                "Faster still: 2.8 rad/s",
-                "Still below the end of stick-slip. The curve that A runs on has changed its shape, not its nature.",
-                values={"speed_target": 2.8},
+                "Faster still: 2.6 rad/s",
+                "Not at once, but within 10 s, for a sudden step may by chance shake A loose. This is still below the "
+                "end of stick-slip, 2.90 rad/s: the curve that A runs on has changed its shape, not its nature.",
+                ramps=(("speed_target", 2.6, 10.0),),
             ),
             Part(
                 "Where is the way out?",
                 "B was freed on the way: it went past the fold for as long as it took and eased back. Linear stability "
                 "says where a calm rig stays calm; only the fold says where a sticking one is freed.",
-                values={"speed_target": 2.1},
+                ramps=(("speed_target", 2.1, 10.0),),
             ),
         ),
     ),

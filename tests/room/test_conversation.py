@@ -2,6 +2,7 @@
 
 import json
 import struct
+import threading
 import time
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 pytest.importorskip("starlette", reason="needs the extra room")
 
 from drillrig_env.course import COLUMNS
+from drillrig_env.room.charts import with_orbits
 from drillrig_env.room.frames import HEADER_BYTES, frame_bytes
 from drillrig_env.room.stories import STORIES
 from tests.room.visitor import ROOM, Page
@@ -54,6 +56,28 @@ def test_maps_follow_what_is_given_at_once(client):
         assert (
             time.perf_counter() - began < 5.0
         )  # benchmarks.room measures it; here only that it is no matter of minutes
+
+
+def test_a_map_does_not_wait_for_orbits_that_are_being_followed(client, monkeypatch):
+    follow = threading.Event()
+
+    def slow(asked, maps):
+        assert follow.wait(30.0)
+        return with_orbits(asked, maps)
+
+    monkeypatch.setattr("drillrig_env.room.charts.with_orbits", slow)
+    with client().websocket_connect(ROOM) as socket:
+        page = Page(socket)
+        assert page.text("charts")["lanes"][0]["map"]["critical_now"] == pytest.approx(1.9949, abs=1e-3)
+        for force, critical in ((20.0, 2.6881), (10.0, 1.9949)):
+            page.say("give", values={"normal_force": force})
+            assert page.text("charts")["lanes"][0]["map"]["critical_now"] == pytest.approx(critical, abs=1e-3)
+        page.say("give", values={"normal_force": 20.0})
+        page.text("charts")
+        follow.set()
+        followed = page.text("charts")["lanes"][0]  # of what was asked for last, and of nothing before
+        assert followed["map"]["critical_now"] == pytest.approx(2.6881, abs=1e-3)
+        assert followed["orbit"]["twist"]
 
 
 def test_every_control_is_answered_by_the_state(client):

@@ -198,5 +198,7 @@ def test_numbers_are_read_as_people_write_them(page, typed, meant):
 
 def test_a_controller_that_does_not_see_enough_is_refused_beside_its_name(page):
     page.get_by_label("Controller of lane A", exact=True).select_option("ppo_surface")
-    expect(lane(page, "A").locator(".refusal-policy")).to_contain_text("ppo_surface sees voltage")
+    expect(lane(page, "A").locator(".refusal-policy")).to_contain_text(
+        re.compile("ppo_surface sees voltage.*sensors that would do: surface")
+    )
     expect(page.get_by_label("Controller of lane A", exact=True)).to_have_value("constant")

@@ -44,11 +44,14 @@ def test_what_is_kept_is_the_environments(page, tmp_path):
     assert kept["Picture"].read_bytes().startswith(b"\x89PNG")
     page.set_input_files("#replay", kept["Run"])
     expect(page.get_by_label("Normal force N₁ N", exact=True)).to_be_disabled()
-    expect(page.get_by_role("button", name="At the end")).to_be_hidden()
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()  # it plays, though the clock stood
     bad = tmp_path / "bad.json"
     bad.write_text("{}")
     page.set_input_files("#replay", bad)
     expect(page.locator("#refusal-keep")).to_contain_text("not a recorded run")
+    bad.write_text("null")
+    page.set_input_files("#replay", bad)
+    expect(page.locator("#refusal-keep")).to_contain_text("bad.json is no run that was kept here: it holds no")
     bad.write_text("not JSON")
     page.set_input_files("#replay", bad)
     expect(page.locator("#refusal-keep")).to_contain_text("bad.json is no run")

@@ -91,6 +91,23 @@ def test_the_lines_say_over_what_time_they_reach(page):
     expect(page.get_by_label("to, N", exact=True)).to_have_value("540")
 
 
+def test_what_hardly_changes_is_drawn_at_rest(page):
+    apart = "async (ends) => (await import('/canvas.js')).apart(...ends)"
+    assert page.evaluate(apart, [1.0, 1.5, 0.2]) == [1.0, 1.5]
+    assert page.evaluate(apart, [-1e-7, 1e-7, 0.2]) == pytest.approx([-0.1, 0.1])
+    page.get_by_label("Starts in", exact=True).select_option("steady")
+    page.select_option("#times", "10")
+    is_drawn(page, 20.0)
+    reached = page.evaluate("""async () => { const { Lines } = await import('/lines.js');
+        return new Promise((found) => {
+        const draw = Lines.prototype.draw;
+        Lines.prototype.draw = function (...given) {
+            draw.apply(this, given);
+            if (this.kind.right) found(Object.values(this.spans).map(([low, high]) => high - low));
+        }; }); }""")
+    assert min(reached) > 0.01, reached  # N m and A
+
+
 def test_dark_and_light(visit, served):
     dark = visit(served.address, color_scheme="dark")
     paper = "() => getComputedStyle(document.body).backgroundColor"

@@ -26,6 +26,18 @@ export function context(canvas) {
 }
 
 /**
+ * Ends that lie at least so far apart, about the same middle: what hardly changes is drawn as a line at rest.
+ * @param {number} low
+ * @param {number} high
+ * @param {number} least
+ * @returns {[number, number]}
+ */
+export function apart(low, high, least) {
+  const short = Math.max(least - (high - low), 0) / 2;
+  return [low - short, high + short];
+}
+
+/**
  * Round steps for an axis: about `count` of them.
  * @param {number} low
  * @param {number} high

@@ -31,6 +31,7 @@ export class Controls {
   constructor(welcome, send) {
     this.send = send;
     this.paused = false;
+    this.atEnd = false;
     this.times = 1;
     /** @type {string | number | null} */
     this.rig = null; // that the step and the ramp are offered for
@@ -95,6 +96,7 @@ export class Controls {
   }
 
   togglePause() {
+    if (this.atEnd) return; // and the sentence that says why stays
     this.send({ do: "pause", paused: !this.paused });
   }
 
@@ -113,6 +115,7 @@ export class Controls {
       this.#offer(state);
     }
     this.paused = state.paused;
+    this.atEnd = state.at_end;
     this.times = state.times;
     byId("pause").textContent = state.at_end ? "At the end" : state.paused ? "Go on" : "Pause";
     byId("pause").setAttribute("aria-pressed", String(state.paused));

@@ -101,7 +101,9 @@ export function picture(panels) {
 export async function replay(file, send) {
   try {
     if (file.size > 4_000_000) throw new Error(`${file.name} is larger than 4 MB`);
-    send({ do: "replay", run: JSON.parse(await file.text()) });
+    const run = JSON.parse(await file.text());
+    if (Object.prototype.toString.call(run) !== "[object Object]") throw new Error("it holds no JSON object");
+    send({ do: "replay", run });
     say("refusal-keep", "");
   } catch (error) {
     say("refusal-keep", `${file.name} is no run that was kept here: ${error instanceof Error ? error.message : error}`);

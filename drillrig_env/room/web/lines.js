@@ -1,16 +1,17 @@
 // What runs over time, plotted by uPlot: speeds, torque and current, the terms of the reward.
 
 import uPlot from "./parts/uPlot.js";
-import { shown } from "./canvas.js";
+import { apart, shown } from "./canvas.js";
 import { colour, font, typeSize } from "./theme.js";
 
 /** @typedef {import("./history.js").History} History */
 /** @typedef {import("./history.js").Column} Column */
 /** @typedef {{column: Column, label: string, colour: string, width: number, dash?: number[], scale?: string}} Curve */
-/** @typedef {{label: string, curves: Curve[], right?: string, floor?: number, stepped?: boolean}} Kind */
+/** @typedef {{label: string, curves: Curve[], right?: string, floor?: number, least?: number, stepped?: boolean}} Kind */
 
 const MOST_POINTS = 8000;
 const POINTS_PER_PIXEL = 2;
+const LEAST = 0.1; // of the largest value of the run so far, over which an axis reaches at least
 const SAMPLES = 16; // a control step, in which a reward does not change
 
 /** Steps of ticks: 1, 2 and 5 times a power of ten, so that few digits tell them. */
@@ -44,6 +45,7 @@ export function kinds(own) {
     },
     rewards: {
       label: "",
+      least: 0.02,
       stepped: true,
       curves: [
         { column: "effort", label: "action", colour: "top", width: 1.2, dash: [2, 3] },
@@ -72,6 +74,8 @@ export class Lines {
     this.plot = null;
     /** @type {Record<string, [number, number]>} */
     this.spans = {};
+    /** @type {Record<string, number>} */
+    this.largest = {};
     this.made = "";
     /** Time, and a buffer for each curve. */
     this.buffers = Array.from({ length: kind.curves.length + 1 }, () => new Float64Array(MOST_POINTS));
@@ -80,6 +84,7 @@ export class Lines {
   /** Forget how far the axes reached. */
   reset() {
     this.spans = {};
+    this.largest = {};
   }
 
   /** Make the plot for its place as that is now. */
@@ -209,7 +214,10 @@ export class Lines {
   #reach(scale, low, high) {
     if (!Number.isFinite(low + high)) return;
     if (scale === "y" && this.kind.floor !== undefined) low = Math.min(low, this.kind.floor);
-    const room = 0.08 * (high - low || Math.abs(high) || 1);
+    const largest = Math.max(this.largest[scale] ?? 0, Math.abs(low), Math.abs(high));
+    this.largest[scale] = largest;
+    [low, high] = apart(low, high, Math.max(LEAST * largest, this.kind.least ?? 0));
+    const room = 0.08 * (high - low || 1);
     const [was, will] = this.spans[scale] ?? [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
     const fits = low >= was && high <= will && high - low > 0.45 * (will - was);
     if (!fits) this.spans[scale] = [low - (low === this.kind.floor ? 0.3 * room : room), high + room];

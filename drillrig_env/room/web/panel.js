@@ -7,6 +7,7 @@ import { RigMap } from "./map.js";
 import { Plane } from "./plane.js";
 import { colour } from "./theme.js";
 import { number } from "./fields.js";
+import { Words } from "./words.js";
 
 /** @typedef {import("./frames.js").Frame} Frame */
 /** @typedef {import("./frames.js").LaneFrame} LaneFrame */
@@ -74,8 +75,7 @@ export class Panel {
     this.typing = false;
     this.asked = "";
     this.byHand = false;
-    this.lastWords = 0;
-    this.word = "";
+    this.words = new Words((selector) => this.part(selector));
   }
 
   /** @param {string} selector */
@@ -121,7 +121,7 @@ export class Panel {
     this.history.clear();
     this.newest = null;
     for (const lines of this.lines) lines.reset();
-    this.#sayNothing();
+    this.words.clear();
   }
 
   /**
@@ -171,8 +171,8 @@ export class Panel {
     /** @param {number | null} value */
     const speed = (value) => (value === null ? "none" : value.toFixed(2));
     const { note, critical_now: critical, end_now: end } = chart.map;
-    this.part(".borders").textContent = 
-      note || `— critical ${speed(critical)} ╌ ${chart.map.followed ? "end" : "fold"} ${speed(end)} rad/s`;
+    this.part(".borders").textContent =
+      note || `— critical ${speed(critical)} ╌ ${chart.map.followed ? "end" : "fold"} ${speed(end)}${end === null ? "" : " rad/s"}`;
   }
 
   /**
@@ -205,51 +205,6 @@ export class Panel {
     if (!Number.isNaN(target)) {
       this.map.draw(target, pose.force, reference, state.sliders.speed_target[1], state.largest_force);
     }
-    if (performance.now() - this.lastWords > 200) {
-      this.lastWords = performance.now();
-      this.#say();
-    }
+    if (this.newest) this.words.say(this.newest, this.channels);
   }
-
-  #sayNothing() {
-    for (const name of [".index", ".mean", ".stuck", ".since"]) this.part(name).textContent = "–";
-    this.part(".word").textContent = this.word = "";
-  }
-
-  /** The verdict in words and numbers, and what the controller sees. */
-  #say() {
-    if (!this.newest) return;
-    const { verdict, seen, values } = this.newest;
-    this.part(".index").textContent = Number.isFinite(verdict.index) ? verdict.index.toFixed(2) : "∞";
-    this.part(".mean").textContent = `${verdict.mean.toFixed(2)} rad/s`;
-    this.part(".stuck").textContent = `${(100 * verdict.stuck).toFixed(0)} %`;
-    this.part(".since").textContent = Number.isNaN(verdict.calmSince) ? "–" : `${verdict.calmSince.toFixed(1)} s`;
-    const shakes = verdict.full && !verdict.calm;
-    const word = !verdict.full ? "watching …" : verdict.mitigated ? "mitigated" : verdict.calm ? "calm, off target" : verdict.stuck > 0 ? "stick-slip" : "shaking";
-    if (word !== this.word) {
-      this.word = word;
-      const place = this.part(".word");
-      place.textContent = word;
-      place.dataset.word = shakes ? "shakes" : verdict.calm ? "calm" : "";
-    }
-    const details = /** @type {HTMLDetailsElement} */ (this.part(".sees"));
-    if (!details.open || !this.channels) return;
-    const action = values[values.length - 6];
-    const shown = [...this.channels.map(([name, unit], k) => entry(name.replaceAll("_", " "), seen[k], unit))];
-    shown.push(entry("says: rate of the speed reference, of the largest", action, ""));
-    this.part(".seen").replaceChildren(...shown);
-  }
-}
-
-/**
- * @param {string} name
- * @param {number} value
- * @param {string} unit
- */
-function entry(name, value, unit) {
-  const place = document.createElement("span");
-  const digits = document.createElement("b");
-  digits.textContent = Number.isFinite(value) ? value.toFixed(3).replace("-", "−") : "–";
-  place.append(`${name} `, digits, unit ? ` ${unit}` : "");
-  return place;
 }

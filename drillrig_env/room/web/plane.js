@@ -1,12 +1,13 @@
 // The plane of twist and bit speed: where the rig is, where it came from, the stable cycle and the calm point.
 
-import { Axes, context, mark } from "./canvas.js";
+import { apart, Axes, context, mark } from "./canvas.js";
 import { colour, font, typeSize } from "./theme.js";
 
 /** @typedef {import("./history.js").History} History */
 /** @typedef {import("./types.js").Orbit} Orbit */
 
 const TRAIL = 3;
+const LEAST_TWIST = 0.02; // rad, over which the plane reaches at least
 
 /** The plane of a lane; its span grows with what is in it, and is made anew with each run. */
 export class Plane {
@@ -65,9 +66,10 @@ export class Plane {
     const first = Math.max(history.before(time - TRAIL * timeScale), 0);
     for (let k = first; k <= last; k++) this.#reach(twist12[k], bit[k]);
     if (!Number.isFinite(this.low[0])) return;
-    const [wide, tall] = [this.high[0] - this.low[0] || 1, this.high[1] - this.low[1] || 1];
+    const [left, right] = apart(this.low[0], this.high[0], LEAST_TWIST);
+    const [wide, tall] = [right - left, this.high[1] - this.low[1] || 1];
     const axes = new Axes(width, height, {
-      x: [this.low[0] - 0.06 * wide, this.high[0] + 0.06 * wide],
+      x: [left - 0.06 * wide, right + 0.06 * wide],
       y: [this.low[1] - 0.06 * tall, this.high[1] + 0.06 * tall],
     });
     this.#drawGround(axes, width, height);
