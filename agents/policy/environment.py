@@ -36,7 +36,7 @@ def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[st
     if isinstance(reward, Mapping):
         _refuse_unknown(f"{env_id}: the reward has no field", reward, [item.name for item in fields(Reward)])
     if env_kwargs.get("privileged"):
-        allowed = "False; agents here see one array, and docs/environment.md has a recipe for an asymmetric critic"
+        allowed = "False; train.py ppo_asymmetric tells a critic, and docs/environment.md has a recipe for another"
         raise refuse(env_id, "privileged", True, "", allowed)
     return {**drillrig_env.ENVIRONMENTS[env_id], **env_kwargs}
 
@@ -87,14 +87,21 @@ def check_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
 
 
 def make_environment(
-    env_id: str, n_envs: int, seed: int, env_kwargs: Mapping[str, Any], frame_stack: int = 1
+    env_id: str, n_envs: int, seed: int, env_kwargs: Mapping[str, Any], frame_stack: int = 1, told: bool = False
 ) -> VecEnv:
     """`n_envs` rigs with the seeds `seed`, `seed` + 1, ...; an observation holds the last `frame_stack` steps.
+
+    Where `told`, it has at hand what a critic is told (`agents.recurrent.told`).
 
     Raises `ValueError` for an unknown or impossible argument.
     """
     arguments = environment_arguments(env_id, env_kwargs)
-    env = drillrig_env.make_sb3(n_envs, seed=seed, env_id=env_id, **arguments)
+    if told:
+        from agents.recurrent.told import ShowsPolicy
+
+        env: VecEnv = ShowsPolicy(drillrig_env.make_sb3(n_envs, seed=seed, env_id=env_id, **arguments, privileged=True))
+    else:
+        env = drillrig_env.make_sb3(n_envs, seed=seed, env_id=env_id, **arguments)
     return VecFrameStack(env, frame_stack) if frame_stack > 1 else env
 
 

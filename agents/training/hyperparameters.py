@@ -19,8 +19,11 @@ from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, 
 from drillrig_env.extras import missing
 from drillrig_env.parameters import checked, closest, refuse
 
-ALGORITHMS = ("ppo", "sac", "ppo_lstm")
-"""The algorithms by the name that the command line takes, as in rl-zoo3."""
+ALGORITHMS = ("ppo", "sac", "ppo_lstm", "ppo_asymmetric")
+"""The algorithms by the name that the command line takes, as in rl-zoo3; the last is `agents.recurrent`."""
+
+TOLD = ("ppo_asymmetric",)
+"""Those whose critic is told what no policy sees."""
 
 HYPERPARAMETER_FILES = Path(__file__).parents[1] / "hyperparams"
 """The folder with one file for each algorithm, `<algorithm>.yml`, with a section for each environment."""
@@ -58,13 +61,15 @@ def algorithm_class(algorithm: str) -> type[BaseAlgorithm]:
     """The algorithm of that name. `ValueError` for an unknown one, `ImportError` where its package is missing."""
     if algorithm not in ALGORITHMS:
         raise ValueError(f"algorithm {algorithm!r} is not known; {closest(algorithm, ALGORITHMS)}")
-    if algorithm != "ppo_lstm":
+    if algorithm in ("ppo", "sac"):
         return PPO if algorithm == "ppo" else SAC
     try:
         from sb3_contrib import RecurrentPPO
+
+        from agents.recurrent.asymmetric import AsymmetricPPO
     except ImportError as error:
-        raise missing("ppo_lstm", "sb3-contrib", "agents") from error
-    return RecurrentPPO
+        raise missing(algorithm, "sb3-contrib", "agents") from error
+    return RecurrentPPO if algorithm == "ppo_lstm" else AsymmetricPPO
 
 
 def hyperparameters(
@@ -99,6 +104,8 @@ def hyperparameters(
     policy, policies = chosen["policy"], algorithm_class(algorithm).policy_aliases
     if policy not in policies:
         raise ValueError(f"{algorithm}: policy {policy!r} is not known; {closest(policy, policies)}")
+    if algorithm in TOLD and chosen.get("anchor"):
+        raise refuse(algorithm, "anchor", chosen["anchor"], "", "none: its sequences cannot be compared one by one")
     if not isinstance(chosen.get("env_kwargs", {}), dict):
         raise refuse(algorithm, "env_kwargs", chosen["env_kwargs"], "", "arguments of the environment by name")
     if chosen.get("imitation") is not None:

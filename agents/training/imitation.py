@@ -26,7 +26,7 @@ from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import observe_episodes, scratch
 from drillrig_env.env.sensors import SENSORS
 from drillrig_env.parameters import check_fields, parameter, refuse
-from drillrig_env.policy import context_of, make_policy
+from drillrig_env.policy import context_of, make_policy, privileged_of
 from drillrig_env.toml import record_of
 
 _HUBER = 0.3  # error of an action from which on its cost grows linearly
@@ -96,8 +96,7 @@ def imitate(
             optimiser.step()
 
     for number in range(how.rounds):
-        share = how.first_share + (how.last_share - how.first_share) * (number - 1) / max(1, how.rounds - 2)
-        student = random.random(env.num_envs) < (share if number else 0.0)
+        student = random.random(env.num_envs) < share_of_student(how, number)
         observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
         for _ in range(core.steps):
             told(len(seen) * env.num_envs)
@@ -113,6 +112,12 @@ def imitate(
     actor.explore(how.log_std)
 
 
+def share_of_student(how: Imitation, number: int) -> float:
+    """The share of rigs that the student plays in a round, counted from 0; the teacher plays all of the first."""
+    grown = (number - 1) / max(1, how.rounds - 2)
+    return how.first_share + (how.last_share - how.first_share) * grown if number else 0.0
+
+
 class Teacher:
     """The controller that is imitated, beside the rigs of a batch: it remembers what it has seen of their episodes."""
 
@@ -126,12 +131,15 @@ class Teacher:
         self._delays = [one.get("delay") for one in told]
         self._policies = [make_policy(how.teacher, **context, **one) for one in told]
         self._memories: list[Any] = [None] * len(told)
+        self._tells = bool(privileged_of(self._policies[0]))
 
     def actions(self, observations: npt.NDArray[np.float32], starts: npt.NDArray[np.bool_]) -> npt.NDArray[np.float32]:
         """What it would do, shape (n, 1), given observations (n, channels) and where an episode has begun, (n,)."""
         shown = self.exact.observe() if self.exact else observations
         wanted = np.empty((len(shown), 1), dtype=np.float32)
         for k, (policy, delay) in enumerate(zip(self._policies, self._delays, strict=True)):
+            if self._tells:
+                policy.tell(self.core.info())  # type: ignore[attr-defined]
             found, self._memories[k] = policy.predict(shown, self._memories[k], starts, deterministic=True)
             rows = slice(None) if delay is None else self.core.episodes["delay"] == delay
             wanted[rows] = found[rows]
@@ -175,8 +183,20 @@ class Actor:
 
 
 def actor_of(model: BaseAlgorithm) -> Actor:
-    """The acting part of PPO or SAC. `ValueError` for another algorithm."""
+    """The acting part of PPO or SAC; with a memory that of `AsymmetricPPO`, for episodes from their beginning on.
+
+    `ValueError` for another algorithm.
+    """
     policy: Any = model.policy
+    recurrent: Any = model
+    if hasattr(model, "no_memory"):
+
+        def from_the_beginning(observations: torch.Tensor) -> torch.Tensor:
+            means: torch.Tensor = recurrent.acts(observations, recurrent.no_memory(observations.shape[1]))[0]
+            return means
+
+        parts = (policy.lstm_actor, policy.mlp_extractor.policy_net, policy.action_net)
+        return Actor(from_the_beginning, [one for part in parts for one in part.parameters()], [policy.log_std])
     if isinstance(policy, SACPolicy):
         actor: Any = policy.actor
 
@@ -197,7 +217,7 @@ def actor_of(model: BaseAlgorithm) -> Actor:
         network: Any = policy
         acting = [*network.mlp_extractor.policy_net.parameters(), *network.action_net.parameters()]
         return Actor(mean, acting, [network.log_std])
-    raise ValueError(f"{type(model).__name__} cannot imitate; allowed: PPO, SAC")
+    raise ValueError(f"{type(model).__name__} cannot imitate; allowed: PPO, SAC, AsymmetricPPO")
 
 
 def imitation_cost(given: torch.Tensor, wanted: torch.Tensor) -> torch.Tensor:

@@ -19,7 +19,7 @@ from agents.training.checkpoint import load_checkpoint, save_model
 from agents.training.curriculum import Curriculum, Stages
 from agents.training.device import device_of, provenance_on
 from agents.training.fine_tuning import take_weights
-from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.training.hyperparameters import TOLD, algorithm_arguments, algorithm_class
 from agents.training.imitation import Imitation, imitate
 from agents.training.progress import ShowProgress
 from agents.training.settings import Training, checked_config
@@ -105,7 +105,8 @@ def _environment(config: Mapping[str, Any], threads: int | None) -> VecEnv:
     chosen = config["hyperparameters"]
     env_kwargs = {**config["env_kwargs"], "threads": threads}
     frames = chosen.get("frame_stack", 1)
-    env = make_environment(config["env_id"], chosen["n_envs"], config["seed"], env_kwargs, frames)
+    told = config["algorithm"] in TOLD
+    env = make_environment(config["env_id"], chosen["n_envs"], config["seed"], env_kwargs, frames, told)
     if chosen.get("curriculum"):
         batch_of(env).change(scenario=chosen["curriculum"]["scenarios"][0])
     return env
@@ -172,7 +173,14 @@ def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgres
         checkpoint.stop_if_asked()
         shown.imitates(steps)
 
-    imitate(model, env, Imitation.of(config["hyperparameters"]["imitation"]), config["seed"], told)
+    how = Imitation.of(config["hyperparameters"]["imitation"])
+    if config["algorithm"] in TOLD:
+        from agents.recurrent.imitation import imitate_episodes
+
+        assert isinstance(model, algorithm_class(config["algorithm"]))
+        imitate_episodes(model, env, how, config["seed"], told)  # type: ignore[arg-type]
+    else:
+        imitate(model, env, how, config["seed"], told)
 
 
 def _keep(model: BaseAlgorithm, folder: Path, total: int, end: BaseException) -> None:

@@ -17,10 +17,13 @@ from agents.training.hyperparameters import algorithm_class
 from agents.training.imitation import actor_of
 
 
-def stagger(env: VecEnv) -> None:
-    """Let the first episodes end one after another, so that a rollout holds all of their phases."""
+def stagger(env: VecEnv, apart: int = 1) -> None:
+    """Let the first episodes end one after another, so that a rollout holds all of their phases.
+
+    They do so at multiples of `apart` control steps.
+    """
     core = batch_of(env).core
-    core.episodes["step"] = np.arange(len(core)) * core.steps // len(core)
+    core.episodes["step"] = np.arange(len(core)) * (core.steps // apart) // len(core) * apart
 
 
 def steps_held(algorithm: str, chosen: Mapping[str, Any]) -> int:
@@ -46,7 +49,7 @@ class WarmUp(BaseCallback):
 
     def _on_training_start(self) -> None:
         if self.staggered and self.num_timesteps == 0:
-            stagger(self.training_env)
+            stagger(self.training_env, self._rollout() if hasattr(self.model, "no_memory") else 1)
         price = getattr(self.model, "ent_coef_optimizer", None)
         if self.iterations and price is not None:
             self._hook = price.register_step_pre_hook(self._hold)

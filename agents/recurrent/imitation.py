@@ -1,0 +1,82 @@
+"""Imitation with a memory: a recurrent network learns from whole episodes what a told controller does.
+
+DAgger as in `agents.training.imitation`, over sequences: an episode is gone through in pieces, from its beginning on,
+with the memory that the piece before has left (truncated backpropagation through time).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import torch
+from stable_baselines3.common.vec_env import VecEnv
+
+from agents.policy.environment import batch_of
+from agents.recurrent.asymmetric import AsymmetricPPO
+from agents.training.imitation import Imitation, Teacher, imitation_cost, share_of_student
+
+Piece = tuple[torch.Tensor, torch.Tensor, bool]
+"""Observations (steps, rigs, channels) and wanted actions (steps, rigs), and whether episodes begin with them."""
+
+
+def imitate_episodes(
+    model: AsymmetricPPO, env: VecEnv, how: Imitation, seed: int, told: Callable[[int], object] = lambda _: None
+) -> None:
+    """Fit the actor of `model` to the teacher, in `env`, whose observations it must take.
+
+    `how.batch` counts control steps, of whole pieces as long as the model's sequences. Draws follow from `seed`. `told`
+    is called with the steps so far, several times a second; what it raises ends it.
+    """
+    core = batch_of(env).core
+    teacher = Teacher(how, core)
+    random = np.random.default_rng(seed)
+    policy = model.policy
+    optimiser = torch.optim.Adam(policy.parameters(), lr=how.learning_rate)
+    episodes: list[tuple[torch.Tensor, torch.Tensor]] = []
+
+    def pieces() -> Iterator[Piece]:
+        """Pieces of episodes without end: those of some rigs of a round one after the other."""
+        rigs = min(max(1, how.batch // model.n_steps), env.num_envs)
+        while True:
+            seen, wanted = episodes[random.integers(len(episodes))]
+            chosen = torch.from_numpy(random.permutation(env.num_envs)[:rigs]).to(model.device)
+            for begin in range(0, core.steps, model.n_steps):
+                part = slice(begin, begin + model.n_steps)
+                yield seen[part, chosen], wanted[part, chosen], begin == 0
+
+    def fit(updates: int, falling: bool) -> None:
+        state = model.no_memory(1)
+        for k, (seen, wanted, begins) in zip(range(updates), pieces(), strict=False):
+            told(len(episodes) * core.steps * env.num_envs)
+            if falling:
+                optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
+            given, state = model.acts(seen, model.no_memory(seen.shape[1]) if begins else state)
+            state = state[0].detach(), state[1].detach()
+            cost = imitation_cost(given, wanted)
+            optimiser.zero_grad()
+            cost.backward()  # type: ignore[no-untyped-call]
+            torch.nn.utils.clip_grad_norm_(policy.parameters(), 1.0)
+            optimiser.step()
+
+    for number in range(how.rounds):
+        student = random.random(env.num_envs) < share_of_student(how, number)
+        observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
+        assert isinstance(observation, np.ndarray)
+        seen = torch.empty(core.steps, *observation.shape, device=model.device)
+        wanted = torch.empty(core.steps, env.num_envs, device=model.device)
+        state = model.no_memory(env.num_envs)
+        for step in range(core.steps):
+            told((len(episodes) * core.steps + step) * env.num_envs)
+            assert isinstance(observation, np.ndarray)
+            actions = teacher.actions(observation, starts)
+            seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
+            with torch.no_grad():
+                mean, state = model.acts(seen[step : step + 1], state)
+            own = mean[0].cpu().numpy().clip(-1.0, 1.0)[:, None]
+            observation, _, starts, _ = env.step(np.where(student[:, None], own, actions))
+        episodes.append((seen, wanted))
+        fit(how.updates, falling=False)
+    fit(how.last_updates, falling=True)
+    with torch.no_grad():
+        model.policy.log_std.fill_(how.log_std)
