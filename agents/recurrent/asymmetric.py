@@ -34,8 +34,9 @@ class AsymmetricPPO(RecurrentPPO):
     """Recurrent PPO over whole sequences, with a critic that is told everything.
 
     `n_steps` is the length of a sequence and must divide an episode's; `batch_size` counts control steps, and is made
-    of whole sequences. `critic_arch` are the widths of the critic's hidden layers. The environment is one of
-    `agents.recurrent.told.ShowsPolicy`. Other arguments as those of `RecurrentPPO`; `policy_kwargs` should have
+    of whole sequences. `critic_arch` are the widths of the critic's hidden layers. With the weight `estimates` the
+    memory also learns to tell what the critic is told, as far as it can be told from what was seen. The environment is
+    one of `agents.recurrent.told.ShowsPolicy`. Other arguments as those of `RecurrentPPO`; `policy_kwargs` should have
     `enable_critic_lstm=False`, since the policy's own critic is not used.
     """
 
@@ -54,6 +55,7 @@ class AsymmetricPPO(RecurrentPPO):
         max_grad_norm: float = 0.5,
         target_kl: float | None = None,
         critic_arch: Any = (128, 128),
+        estimates: float = 0.0,
         stats_window_size: int = 100,
         tensorboard_log: str | None = None,
         policy_kwargs: dict[str, Any] | None = None,
@@ -83,7 +85,7 @@ class AsymmetricPPO(RecurrentPPO):
             device=device,
             _init_setup_model=False,
         )
-        self.critic_arch = tuple(critic_arch)
+        self.critic_arch, self.estimates = tuple(critic_arch), estimates
         self._last_lstm_states: Any
         self.clip_range: Any
         self.batch_size: int
@@ -104,6 +106,8 @@ class AsymmetricPPO(RecurrentPPO):
         widths = (self.told_channels, *self.critic_arch)
         hidden = [layer for a, b in pairwise(widths) for layer in (nn.Linear(a, b), nn.ReLU())]
         self.critic = nn.Sequential(*hidden, nn.Linear(widths[-1], 1)).to(self.device)
+        self.estimator = nn.Linear(lstm.hidden_size, self.told_channels).to(self.device)
+        self.policy.optimizer.add_param_group({"params": self.estimator.parameters()})
         self.critic_optimizer = torch.optim.Adam(self.critic.parameters(), lr=self.lr_schedule(1.0), eps=1e-5)
         assert self.observation_space.shape is not None
         width = self.observation_space.shape[0]
@@ -132,7 +136,7 @@ class AsymmetricPPO(RecurrentPPO):
             rollout.observations[step] = torch.from_numpy(self._last_obs)
             rollout.told[step] = torch.from_numpy(told_of(env))
             with torch.no_grad():
-                mean, state = self.acts(rollout.observations[step : step + 1], state)
+                mean, state, _ = self.acts(rollout.observations[step : step + 1], state)
                 noise = torch.randn_like(mean[0])
                 rollout.actions[step] = mean[0] + spread.exp() * noise
                 rollout.log_probs[step] = -0.5 * noise**2 - spread
@@ -190,14 +194,21 @@ class AsymmetricPPO(RecurrentPPO):
         self.logger.record("train/std", float(self.policy.log_std.detach().exp().mean()))
         self.logger.record("train/explained_variance", explained_variance(foreseen, returns))
 
-    def acts(self, observations: torch.Tensor, state: State) -> tuple[torch.Tensor, State]:
-        """Mean actions, shape (steps, rigs), for `observations` (steps, rigs, channels), and the memory after them.
+    def acts(self, observations: torch.Tensor, state: State) -> tuple[torch.Tensor, State, torch.Tensor]:
+        """Mean actions, shape (steps, rigs), for `observations` (steps, rigs, channels); the memory after them; hidden.
 
-        `state` is the memory before them, zeros where episodes begin.
+        `state` is the memory before them, zeros where episodes begin. The last is what the network has of its memory in
+        each step, (steps, rigs, hidden).
         """
         policy: Any = self.policy
         hidden, state = policy.lstm_actor(observations, state)
-        return policy.action_net(policy.mlp_extractor.forward_actor(hidden)).squeeze(-1), state
+        return policy.action_net(policy.mlp_extractor.forward_actor(hidden)).squeeze(-1), state, hidden
+
+    def cost_of_estimates(self, hidden: torch.Tensor, told: torch.Tensor) -> torch.Tensor | float:
+        """What it costs that the memory `hidden` (steps, rigs, hidden) does not tell what is `told` (..., channels)."""
+        if not self.estimates:
+            return 0.0
+        return self.estimates * nn.functional.mse_loss(self.estimator(hidden), told)
 
     def no_memory(self, rigs: int) -> State:
         """The memory of so many rigs whose episodes begin."""
@@ -221,18 +232,19 @@ class AsymmetricPPO(RecurrentPPO):
     ) -> tuple[torch.Tensor, torch.Tensor]:
         """The clipped surrogate of PPO for some rigs, and how far the policy has moved (estimated KL divergence)."""
         state = rollout.first[0][:, rigs].contiguous(), rollout.first[1][:, rigs].contiguous()
-        mean, _ = self.acts(rollout.observations[:, rigs], state)
+        mean, _, hidden = self.acts(rollout.observations[:, rigs], state)
         log_std: Any = self.policy.log_std
         log_probs = -0.5 * ((rollout.actions[:, rigs] - mean) / log_std.exp()) ** 2 - log_std
         change = log_probs - rollout.log_probs[:, rigs]
         ratio = change.exp()
         clip = self.clip_range(self._current_progress_remaining)
         gained = torch.min(ratio * advantages, ratio.clamp(1.0 - clip, 1.0 + clip) * advantages)
-        return -gained.mean() - self.ent_coef * log_std.sum(), ((ratio - 1.0) - change).mean().detach()
+        cost = -gained.mean() - self.ent_coef * log_std.sum() + self.cost_of_estimates(hidden, rollout.told[:-1, rigs])
+        return cost, ((ratio - 1.0) - change).mean().detach()
 
     def _get_torch_save_params(self) -> tuple[list[str], list[str]]:
         dicts, variables = super()._get_torch_save_params()
-        return [*dicts, *(("critic", "critic_optimizer") if self.told_channels else ())], variables
+        return [*dicts, *(("critic", "estimator", "critic_optimizer") if self.told_channels else ())], variables
 
     def _excluded_save_params(self) -> list[str]:
-        return [*super()._excluded_save_params(), "critic", "critic_optimizer"]
+        return [*super()._excluded_save_params(), "critic", "estimator", "critic_optimizer"]

@@ -14,10 +14,11 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents.policy.environment import batch_of
 from agents.recurrent.asymmetric import AsymmetricPPO
+from agents.recurrent.told import told_of
 from agents.training.imitation import Imitation, Teacher, imitation_cost, share_of_student
 
-Piece = tuple[torch.Tensor, torch.Tensor, bool]
-"""Observations (steps, rigs, channels) and wanted actions (steps, rigs), and whether episodes begin with them."""
+Episodes = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
+"""What was seen (steps, rigs, channels), the wanted actions (steps, rigs), what a critic is told (steps, rigs, ...)."""
 
 
 def imitate_episodes(
@@ -32,31 +33,32 @@ def imitate_episodes(
     teacher = Teacher(how, core)
     random = np.random.default_rng(seed)
     policy = model.policy
-    optimiser = torch.optim.Adam(policy.parameters(), lr=how.learning_rate)
-    episodes: list[tuple[torch.Tensor, torch.Tensor]] = []
+    learning = [*policy.parameters(), *model.estimator.parameters()]
+    optimiser = torch.optim.Adam(learning, lr=how.learning_rate)
+    episodes: list[Episodes] = []
 
-    def pieces() -> Iterator[Piece]:
-        """Pieces of episodes without end: those of some rigs of a round one after the other."""
+    def pieces() -> Iterator[tuple[bool, Episodes]]:
+        """Pieces of episodes without end, those of some rigs of a round in turn; and whether they begin with it."""
         rigs = min(max(1, how.batch // model.n_steps), env.num_envs)
         while True:
-            seen, wanted = episodes[random.integers(len(episodes))]
+            played = episodes[random.integers(len(episodes))]
             chosen = torch.from_numpy(random.permutation(env.num_envs)[:rigs]).to(model.device)
             for begin in range(0, core.steps, model.n_steps):
-                part = slice(begin, begin + model.n_steps)
-                yield seen[part, chosen], wanted[part, chosen], begin == 0
+                seen, wanted, so = (rows[begin : begin + model.n_steps, chosen] for rows in played)
+                yield begin == 0, (seen, wanted, so)
 
     def fit(updates: int, falling: bool) -> None:
         state = model.no_memory(1)
-        for k, (seen, wanted, begins) in zip(range(updates), pieces(), strict=False):
+        for k, (begins, (seen, wanted, so)) in zip(range(updates), pieces(), strict=False):
             told(len(episodes) * core.steps * env.num_envs)
             if falling:
                 optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
-            given, state = model.acts(seen, model.no_memory(seen.shape[1]) if begins else state)
+            given, state, hidden = model.acts(seen, model.no_memory(seen.shape[1]) if begins else state)
             state = state[0].detach(), state[1].detach()
-            cost = imitation_cost(given, wanted)
+            cost = imitation_cost(given, wanted) + model.cost_of_estimates(hidden, so)
             optimiser.zero_grad()
             cost.backward()  # type: ignore[no-untyped-call]
-            torch.nn.utils.clip_grad_norm_(policy.parameters(), 1.0)
+            torch.nn.utils.clip_grad_norm_(learning, 1.0)
             optimiser.step()
 
     for number in range(how.rounds):
@@ -65,17 +67,19 @@ def imitate_episodes(
         assert isinstance(observation, np.ndarray)
         seen = torch.empty(core.steps, *observation.shape, device=model.device)
         wanted = torch.empty(core.steps, env.num_envs, device=model.device)
+        so = torch.empty(core.steps, env.num_envs, model.told_channels, device=model.device)
         state = model.no_memory(env.num_envs)
         for step in range(core.steps):
             told((len(episodes) * core.steps + step) * env.num_envs)
             assert isinstance(observation, np.ndarray)
             actions = teacher.actions(observation, starts)
             seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
+            so[step] = torch.from_numpy(told_of(env))
             with torch.no_grad():
-                mean, state = model.acts(seen[step : step + 1], state)
+                mean, state, _ = model.acts(seen[step : step + 1], state)
             own = mean[0].cpu().numpy().clip(-1.0, 1.0)[:, None]
             observation, _, starts, _ = env.step(np.where(student[:, None], own, actions))
-        episodes.append((seen, wanted))
+        episodes.append((seen, wanted, so))
         fit(how.updates, falling=False)
     fit(how.last_updates, falling=True)
     with torch.no_grad():

@@ -91,13 +91,16 @@ def assert_same_agent(folder, other):
         ("sac", SAC, {}),
         pytest.param("sac", {**SAC, "anchor": 1.0}, {}, marks=pytest.mark.slow),
         ("ppo_lstm", LSTM, {}),
+        ("ppo_asymmetric", tiny.ASYMMETRIC, {"scenario": {"rigs": {"spread": {"string": 2.0}, "count": 3, "seed": 0}}}),
     ],
-    ids=["ppo", "ppo, frames, noise and delay", "ppo, anchored", "sac", "sac, anchored", "ppo_lstm"],
+    ids=["ppo", "ppo, frames, noise and delay", "ppo, anchored", "sac", "sac, anchored", "ppo_lstm", "ppo_asymmetric"],
 )
 def test_cut_and_resumed_ends_bit_for_bit_like_uncut(algorithm, hyperparams, env_kwargs, tmp_path, monkeypatch):
-    if algorithm == "ppo_lstm":
+    if algorithm in ("ppo_lstm", "ppo_asymmetric"):
         pytest.importorskip("sb3_contrib")
     settings = {"env_kwargs": {"duration": 3.0, **env_kwargs}}
+    if algorithm == "ppo_asymmetric":
+        settings["env_id"] = "DrillRigUnknown-v0"
     uncut = train(training(tmp_path / "uncut", algorithm, hyperparams, **settings))
     interrupt_at(300, monkeypatch)
     cut = stopped(tmp_path / "cut", algorithm, hyperparams, **settings)
