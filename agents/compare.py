@@ -2,14 +2,16 @@
 
     python -m agents.compare ablations                       # a recipe for `ppo`, one piece changed at a time
     python -m agents.compare newcomer                        # Stable-Baselines3's own settings
+    python -m agents.compare unknown                         # where nobody knows the rig
     python -m agents.compare ablations --settings recipe sum # some of it
     python -m agents.compare ablations --steps 20000 --seeds 2 --rigs 50 --runs /tmp/runs --output /tmp/quick.json
 
 Each training is one of `train.py`, in a run folder of its own, and goes on after Ctrl-C when the command is given
 again. Given twice at a time, in two terminals, the trainings are shared out: each process takes the next that none
 has. Every agent is scored on rigs of the training side (`VALIDATION_SEEDS`) drawn as in the suites `default`, `wide`
-and `load`; the rigs of the suites stay unseen. The cost is that of the environment's default reward for all. The
-file is written after each training; what it holds is not repeated, unless the setting has changed since.
+and `load`, those of `unknown` as in that suite, on a fleet of other rigs; the rigs of the suites stay unseen. The cost
+is that of the environment's default reward for all. The file is written after each training; what it holds is not
+repeated, unless the setting has changed since.
 """
 
 from __future__ import annotations
@@ -25,17 +27,17 @@ from typing import Any
 from agents.compared import Compared, evaluate
 from agents.policy.action_zero import SAME_DRIVE
 from agents.policy.run_folder import is_finished, is_run, load_policy, read_config
+from agents.setting import ScoredOn, Setting
 from agents.training.device import DEVICES
 from agents.training.progress import read_progress
 from agents.training.settings import checked_config
 from agents.training.train import resume, train
-from agents.variants import COMPARISONS, Setting
+from agents.variants import COMPARISONS, SCORED_ON
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.files import check_writable, check_writable_file, owned
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import closest, refuse
-from drillrig_env.policy import make_policy
 from drillrig_env.scales import SLEW_LIMIT
 
 COMMAND = "python -m agents.compare"
@@ -73,7 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     settings = [replace(one, training=replace(one.training, **changes)) for one in settings]
     kept = Compared(output, runs, [one.name for one in settings], line)
     try:
-        compare(_named(settings, chosen.settings), chosen.seeds, chosen.rigs, kept, runs, chosen.threads)
+        scored_on = SCORED_ON.get(chosen.comparison)
+        compare(_named(settings, chosen.settings), chosen.seeds, chosen.rigs, kept, runs, chosen.threads, scored_on)
     except ValueError as error:
         parser.error(error)
     except KeyboardInterrupt as stop:
@@ -92,14 +95,20 @@ def _named(settings: Sequence[Setting], names: Sequence[str] | None) -> list[Set
 
 
 def compare(
-    settings: Sequence[Setting], seeds: int, rigs: int, kept: Compared, runs: Path, threads: int | None = 1
+    settings: Sequence[Setting],
+    seeds: int,
+    rigs: int,
+    kept: Compared,
+    runs: Path,
+    threads: int | None = 1,
+    scored_on: ScoredOn | None = None,
 ) -> None:
     """Train and score what `kept` does not hold yet: the first seed of every setting, then the second, and so on.
 
     The trainings lie in `runs`/<setting>_<seed>; one that another process is at is passed over, and one that was
-    stopped goes on. Raises `ValueError` for numbers below 1, for a setting that a training refuses and for a folder
-    that holds a training of another setting, before anything is trained; `Failed` at the end, naming the trainings
-    that failed.
+    stopped goes on. What they are scored on is that of `scored_on`, or the suites of one rig. Raises `ValueError` for
+    numbers below 1, for a setting that a training refuses and for a folder that holds a training of another setting,
+    before anything is trained; `Failed` at the end, naming the trainings that failed.
     """
     for name, value in (("seeds", seeds), ("rigs", rigs)):
         if value < 1:
@@ -111,12 +120,13 @@ def compare(
         if is_run(folder) and any(read_config(folder)[name] != about[name] for name in _MADE_BY):
             raise ValueError(f"{folder} holds a training of another setting; remove it, or name other --runs")
     check_writable(runs)
-    _beside(rigs, kept, threads)
+    suites = None if scored_on is None else scored_on.suites
+    _beside(rigs, kept, threads, scored_on or ScoredOn(None, "state", BESIDE))
     failed = []
     for number, (setting, seed, folder) in enumerate(left, 1):
         label = f"{number}/{len(left)} {setting.name}, seed {seed}"
         try:
-            told = _one(setting, abouts[setting.name], seed, folder, kept, threads)
+            told = _one(setting, abouts[setting.name], seed, folder, kept, threads, suites)
         except BlockingIOError as taken:
             told = str(taken)
         except Failed as failure:
@@ -127,7 +137,15 @@ def compare(
         raise Failed(f"training failed for {'; '.join(failed)}; what it said is above")
 
 
-def _one(setting: Setting, about: Mapping[str, Any], seed: int, run: Path, kept: Compared, threads: int | None) -> str:
+def _one(
+    setting: Setting,
+    about: Mapping[str, Any],
+    seed: int,
+    run: Path,
+    kept: Compared,
+    threads: int | None,
+    suites: Sequence[str] | None,
+) -> str:
     """Train a seed of a setting, or go on with it, score it and keep that; what is to be told of it."""
     with owned(run.parent / _TAKEN / run.name):
         if kept.has(setting.name, about, seed):
@@ -137,7 +155,8 @@ def _one(setting: Setting, about: Mapping[str, Any], seed: int, run: Path, kept:
         elif not is_finished(run):
             resume(run, threads)
         agent = load_policy(run)
-        scores = evaluate(agent.at_slew_limit(SLEW_LIMIT), agent.environment["sensors"], about["rigs"], threads)
+        acting = agent.at_slew_limit(SLEW_LIMIT)
+        scores = evaluate(acting, agent.environment["sensors"], about["rigs"], threads, suites)
         seconds = read_progress(run)["seconds"]
         machine = read_config(run)["provenance"]["machine"]
         kept.keep(setting.name, about, seed, {"seconds": seconds, "machine": machine, "scores": scores})
@@ -151,14 +170,14 @@ def _about(setting: Setting, rigs: int) -> dict[str, Any]:
     return {"words": setting.words, "rigs": rigs, **{name: config[name] for name in _MADE_BY}}
 
 
-def _beside(rigs: int, kept: Compared, threads: int | None) -> None:
+def _beside(rigs: int, kept: Compared, threads: int | None, on: ScoredOn) -> None:
     """Score what stands beside the agents, in the environment as `gym.make` gives it, where that is not done yet."""
     done = kept.read()["beside"]
     if done.get("rigs") == rigs:
         return
     rows = {
-        name: {"words": words, "scores": evaluate(make_policy(name), "state", rigs, threads)}
-        for name, words in BESIDE.items()
+        name: {"words": words, "scores": evaluate(name, on.sensors, rigs, threads, on.suites)}
+        for name, words in on.beside.items()
     }
     kept.keep_beside({"rigs": rigs, "policies": rows})
 

@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from agents.training.validation_rigs import of_validation
+from drillrig_env.env.task import Task
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.files import json_text, owned, read_json, write_text
-from drillrig_env.policy import Policy
+from drillrig_env.policy import Policy, context_of, make_policy
 from drillrig_env.seeds import VALIDATION_SEEDS
 
 SUITES = ("default", "wide", "load")
@@ -77,16 +79,24 @@ def read_compared(file: Path) -> dict[str, Any]:
     return read_json(file, "remove it, and begin again") if file.is_file() else nothing
 
 
-def evaluate(policy: Policy, sensors: Any, rigs: int, threads: int | None = None) -> dict[str, Any]:
-    """What a policy that sees these sensors does on `rigs` rigs of the training side, drawn as in each of SUITES.
+def evaluate(
+    policy: Policy | str, sensors: Any, rigs: int, threads: int | None = None, suites: Sequence[str] | None = None
+) -> dict[str, Any]:
+    """What a policy that sees these sensors does on `rigs` rigs of the training side, drawn as in each of some suites.
 
-    Of each suite: mitigated and calm share of all rigs, mitigated share of those below the critical speed (None
-    where there is none), median time to calm (s) and mean cost with the environment's default reward.
+    `policy` is one, or its name: then it is made for each suite, such as one that is told which rig of a fleet it has.
+    `suites` are SUITES if None; of a fleet there are at most as many rigs as the suite has, with all of their draws.
+
+    Of each suite: mitigated and calm share of all rigs, mitigated share of those below the critical speed (None where
+    there is none), median time to calm (s) and mean cost with the environment's default reward.
     """
     found = {}
-    for name in SUITES:
-        drawn = replace(suite(name, rigs), first_seed=VALIDATION_SEEDS.start)
-        scores = score(run(policy, drawn, sensors=sensors, threads=threads))
+    for name in SUITES if suites is None else suites:
+        drawn = suite(name, rigs)
+        drawn = replace(drawn, first_seed=VALIDATION_SEEDS.start, scenario=of_validation(drawn.scenario))
+        task = Task.of(sensors=sensors, scenario=drawn.scenario, **drawn.env)
+        made = make_policy(policy, **context_of(task)) if isinstance(policy, str) else policy
+        scores = score(run(made, drawn, sensors=sensors, threads=threads))
         below = scores["mitigated"][scores["region"] == "below"]
         found[name] = {
             "mitigated": float(scores["mitigated"].mean()),

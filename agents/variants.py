@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from agents.setting import ScoredOn, Setting
 from agents.training.hyperparameters import HYPERPARAMETER_FILES, hyperparameters
 from agents.training.settings import Training
+from agents.unknown import BESIDE, unknown
 
 ENVIRONMENT = "DrillRig-v0"
 """Where all of them are trained: the rig's own drive."""
@@ -27,15 +29,6 @@ _ALONE = {
     "policy_kwargs": "dict(net_arch=[128, 128], activation_fn=nn.ReLU, log_std_init=-0.5)",
 }
 """Hyperparameters of a network that knows nothing: no critic must catch up with it, and it explores more."""
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A setting of a comparison: its name, what a table calls it, and the training of its first seed."""
-
-    name: str
-    words: str
-    training: Training
 
 
 @dataclass(frozen=True)
@@ -135,5 +128,12 @@ def newcomer() -> list[Setting]:
     ]
 
 
-COMPARISONS: dict[str, Callable[[], list[Setting]]] = {"ablations": ablations, "newcomer": newcomer}
+COMPARISONS: dict[str, Callable[[], list[Setting]]] = {
+    "ablations": ablations,
+    "newcomer": newcomer,
+    "unknown": unknown,
+}
 """Every comparison by name, with what makes its settings."""
+
+SCORED_ON = {"unknown": ScoredOn(("unknown",), "surface", BESIDE)}
+"""What those comparisons are scored on that are not about one rig."""

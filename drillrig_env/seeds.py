@@ -6,12 +6,13 @@ range's first seed plus i.
 
 from __future__ import annotations
 
-TRAINING_FLEETS, TUNING_FLEETS, EVALUATION_FLEETS = (
+TRAINING_FLEETS, TUNING_FLEETS, EVALUATION_FLEETS, VALIDATION_FLEETS = (
     range(0, 1_000_000),
     range(1_000_000, 2_000_000),
     range(2_000_000, 3_000_000),
+    range(3_000_000, 4_000_000),
 )
-"""Seeds of the fleets (`drillrig_env.fleet`) to learn on, to tune on, and to be judged on."""
+"""Seeds of the fleets (`drillrig_env.fleet`) to learn on, to tune on, to be judged on, and to choose settings by."""
 
 TRAINING_SEEDS = range(0, 500_000_000)
 """Rigs that agents learn on."""

@@ -11,6 +11,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.policy.environment import environment_arguments
 from agents.policy.frames import no_frames, push
+from agents.policy.memory import Rows, layers_of, lstm_of, rows_of
 from drillrig_env.drive import Drive
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import TASK_FIELDS, Task
@@ -149,6 +150,8 @@ class Agent(AtHome):
         rigs = 1 if observation.ndim == 1 else len(observation)
         if self.frames > 1:
             check_state(name, (rigs, self.frames * observation.shape[-1]), state)
+        elif (lstm := lstm_of(self.model)) is not None:
+            check_state(name, (rigs, lstm.num_layers * lstm.hidden_size), state)
         actions, memory = self._act(observation, state, flags_of(name, rigs, episode_start), deterministic)
         rate = self.slew_limit * self._elsewhere / self._acting
         return (actions if rate == 1.0 else np.clip(rate * actions, -1.0, 1.0)), memory
@@ -160,10 +163,14 @@ class Agent(AtHome):
         episode_start: npt.NDArray[np.bool_] | None,
         deterministic: bool,
     ) -> tuple[np.ndarray, Memory]:
-        if self.frames == 1:
+        lstm, rows = lstm_of(self.model), np.atleast_2d(observation)
+        if self.frames == 1 and lstm is None:
             return self.model.predict(observation, state, episode_start, deterministic)
-        rows = np.atleast_2d(observation)
-        stack = no_frames(len(rows), self.frames, rows.shape[1]) if state is None else state[0]
-        stack = push(stack, rows, episode_start)
-        actions, inner = self.model.predict(stack, (state[1:] or None) if state else None, episode_start, deterministic)
-        return actions.reshape(*observation.shape[:-1], 1), (stack, *(inner or ()))
+        stacks: Rows = ()
+        if self.frames > 1:
+            stack = no_frames(len(rows), self.frames, rows.shape[1]) if state is None else state[0]
+            rows = push(stack, rows, episode_start)
+            stacks, state = (rows,), None if state is None else state[1:]
+        memory = layers_of(state, lstm.num_layers) if lstm is not None and state else None
+        actions, memory = self.model.predict(rows, memory, episode_start, deterministic)
+        return actions.reshape(*observation.shape[:-1], 1), (*stacks, *(rows_of(memory) if memory else ()))

@@ -47,11 +47,13 @@ _KINDS: dict[str, Kind] = {
     **dict.fromkeys(("gradient_steps", "sde_sample_freq"), _FROM_MINUS_ONE),
     **dict.fromkeys(("max_grad_norm", "target_kl", *_SCHEDULES), POSITIVE),
     **dict.fromkeys(
-        ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "staggered"), Switch()
+        ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "staggered", "critic_told"),
+        Switch(),
     ),
     **dict.fromkeys(("learning_starts", "critic_iterations"), Allowed(low=0, whole=True)),
     "vf_coef": NOT_NEGATIVE,
     "anchor": NOT_NEGATIVE,
+    "estimates": NOT_NEGATIVE,
     "ent_coef": NOT_NEGATIVE,
 }
 """What the hyperparameters may be that are numbers or switches; None where the algorithm has it as default."""

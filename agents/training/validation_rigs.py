@@ -11,10 +11,11 @@ import numpy.typing as npt
 
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.env.scenario import Scenario
 from drillrig_env.evaluation.runner import play
-from drillrig_env.evaluation.suites import STICKING
+from drillrig_env.evaluation.suites import LARGEST_FLEET, STICKING
 from drillrig_env.policy import Policy
-from drillrig_env.seeds import VALIDATION_SEEDS
+from drillrig_env.seeds import VALIDATION_FLEETS, VALIDATION_SEEDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,14 +27,26 @@ class Validation:
     steps: int  # of an episode
 
 
+def of_validation(scenario: Scenario) -> Scenario:
+    """The scenario with a fleet, where it has one that is drawn, of other rigs: to choose settings by, not to learn on.
+
+    It has at most as many as a suite's fleet.
+    """
+    fleet = scenario.rigs
+    if fleet is None or not fleet.spread:
+        return scenario
+    others = replace(fleet, seed=VALIDATION_FLEETS.start, count=min(fleet.count, LARGEST_FLEET))
+    return replace(scenario, rigs=others)
+
+
 def validate(policy: Policy, arguments: Mapping[str, Any], rigs: int) -> Validation:
     """Run `rigs` episodes side by side, from developed stick-slip and with a constant normal force.
 
     `arguments` are those of `EpisodeBatch`. The rigs are drawn evenly, also where training shows the hard ones more
-    often. No generator of the training is touched.
+    often, and of a fleet that is drawn, they are others. No generator of the training is touched.
     """
     core = EpisodeBatch(rigs, **arguments)
-    core.change(scenario=replace(core.scenario, candidates=1, target_skew=1.0))
+    core.change(scenario=of_validation(replace(core.scenario, candidates=1, target_skew=1.0)))
     core.reset(np.arange(rigs), first_uniforms(VALIDATION_SEEDS.start, rigs), STICKING)
     returns = np.zeros(rigs)
     for _ in play(policy, core):

@@ -32,8 +32,10 @@ PIECE = 1000
 LARGE = 10_000
 """Rigs of a suite beyond which rows are kept in Parquet files, and histories are those of the first piece alone."""
 
+LARGEST_FLEET = 256
+"""Most rigs of a suite's fleet."""
+
 _CHAPTER = Scales()
-_LARGEST_FLEET = 256
 
 _VARYING = ("rigs", "wandering", "tilt", "course")
 """Fields of a scenario that a definition leaves out where they say nothing, as before there were any of them."""
@@ -257,7 +259,7 @@ def _of_fleet(
     name: str, what: str, spread: Mapping[str, float], delay: tuple[int, int], rigs: int, scales: Scales
 ) -> Suite:
     """Episodes of a fleet that nothing is trained or tuned on: at most 256 rigs, DRAWS of each."""
-    count = min(rigs, _LARGEST_FLEET)
+    count = min(rigs, LARGEST_FLEET)
     fleet = Fleet.around(spread=spread, count=count, seed=EVALUATION_FLEETS.start)
     scenario = replace(Scenario.named("default", scales), spread=0.0, rigs=fleet)
     options = {**STICKING, "rig": np.repeat(np.arange(count), DRAWS)}
@@ -271,7 +273,7 @@ def _of_fleet(
         env,
         scales=scales,
         env_id="DrillRigUnknown-v0",
-        piece=_LARGEST_FLEET * DRAWS,
+        piece=LARGEST_FLEET * DRAWS,
     )
 
 

@@ -11,9 +11,10 @@ from agents import compare as module
 from agents.compare import compare, main
 from agents.compared import Compared, evaluate, read_compared
 from agents.policy.run_folder import read_config
+from agents.setting import Setting
 from agents.training.progress import ShowProgress
 from agents.training.settings import Training
-from agents.variants import COMPARISONS, Setting
+from agents.variants import COMPARISONS
 from drillrig_env.command_line import Failed
 from drillrig_env.evaluation.suites import suite
 from drillrig_env.files import owned

@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+import torch
 
 from agents.export import EXAMPLE
 from agents.policy.agent import Agent
@@ -23,13 +24,18 @@ SAC = tiny.SAC
 ROUNDING = 5e-6  # of the slew limit: what PyTorch's single precision may move an action by
 
 
-@pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface"])
+@pytest.fixture(scope="module", params=["ppo", "sac", "ppo with frames, surface", "ppo_lstm", "ppo_lstm, surface"])
 def agent(request, tmp_path_factory):
-    hyperparams = SAC if request.param == "sac" else PPO
+    algorithm = request.param.partition(",")[0].partition(" ")[0]
+    hyperparams = SAC if algorithm == "sac" else PPO
     if "frames" in request.param:
         hyperparams = {**hyperparams, "frame_stack": 3}
+    if algorithm == "ppo_lstm":
+        pytest.importorskip("sb3_contrib")
+        layers = 2 if "surface" in request.param else 1
+        hyperparams = {**hyperparams, "policy_kwargs": {"lstm_hidden_size": 6, "n_lstm_layers": layers}}
     training = Training(
-        algorithm=request.param[:3],
+        algorithm=algorithm,
         env_id="DrillRigSurface-v0" if "surface" in request.param else "DrillRig-v0",
         n_timesteps=256,
         hyperparams=hyperparams,
@@ -91,17 +97,15 @@ def test_example_runs_with_onnxruntime_alone(agent, tmp_path):
     assert len([line for line in EXAMPLE.splitlines() if line]) <= 20
 
 
-def test_recurrent_network_is_refused(tmp_path):
-    pytest.importorskip("sb3_contrib")
-    hyperparams = {**PPO, "policy_kwargs": {"lstm_hidden_size": 4}}
-    training = Training(
-        "ppo_lstm", n_timesteps=128, hyperparams=hyperparams, env_kwargs={"duration": 3.0}, eval_freq=-1
-    )
-    folder = train(
-        Training(**{**vars(training), "run_folder": tmp_path / "run", "tensorboard": False, "progress": False})
-    )
-    with pytest.raises(ValueError, match="recurrent network is not exported"):
-        export(load_policy(folder), tmp_path / "policy.onnx")
+@pytest.mark.parametrize("agent", ["ppo_lstm"], indirect=True)
+def test_a_network_with_another_memory_is_refused(agent, tmp_path):
+    lstm = agent.model.policy.lstm_actor
+    agent.model.policy.lstm_actor = torch.nn.GRU(lstm.input_size, lstm.hidden_size)
+    try:
+        with pytest.raises(ValueError, match="this network is not exported; allowed: PPO, SAC, and recurrent PPO with"):
+            export(agent, tmp_path / "policy.onnx")
+    finally:
+        agent.model.policy.lstm_actor = lstm
 
 
 @pytest.mark.parametrize(("difference", "refused"), [(9e-7, False), (1e-6, True), (0.1, True), (float("nan"), True)])

@@ -17,6 +17,7 @@ from agents.training.settings import Training
 from agents.training.train import train
 from agents.training.warm_up import WarmUp, stagger
 from drillrig_env.env.privileged import PRIVILEGED
+from drillrig_env.policy import check_policy, context_of
 from tests.agents.tiny import ASYMMETRIC
 
 FEW = {"rigs": {"spread": {"string": 2.0, "friction": 1.5}, "count": 3, "seed": 0}, "spread": 0.0}
@@ -232,6 +233,7 @@ def test_a_trained_one_acts_from_its_folder_and_learns_on(tmp_path):
         )
     )
     agent = load_policy(folder)
+    check_policy(agent, **context_of(agent.task))
     env = make_environment("DrillRigUnknown-v0", 3, 5, SHORT)
     observation, state, memory = env.reset(), None, None
     for step in range(5):

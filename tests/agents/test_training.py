@@ -196,5 +196,5 @@ class Constant:
 
 
 def test_a_critics_part_is_refused():
-    with pytest.raises(ValueError, match="privileged = True is not allowed; allowed: False; agents here see one array"):
+    with pytest.raises(ValueError, match="privileged = True is not allowed; allowed: False; train.py ppo_asymmetric tells a critic"):
         environment_arguments("DrillRig-v0", {"privileged": True})
