@@ -4,6 +4,7 @@
     python train.py ppo --n-timesteps 10000000 --seed 3
     python train.py ppo --env DrillRigSurface-v0 --seeds 5 --jobs 2
     python train.py sac --hyperparams batch_size:256 gamma:0.98
+    python train.py ppo_asymmetric --env DrillRigUnknown-v0  # where nobody knows the rig: a memory, and a told critic
     python train.py --rig my_rig.toml                      # on a rig of your own
     python train.py --rig my_rig                           # on rigs that a calibration allows, by its folder
     python train.py --resume runs/ppo_1                    # go on after Ctrl-C
