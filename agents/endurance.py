@@ -15,7 +15,7 @@ from agents.policy.agent import Agent
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.runner import play
-from drillrig_env.evaluation.suites import STICKING
+from drillrig_env.evaluation.suites import STICKING, suite
 from drillrig_env.scales import CONTROL_PERIOD
 from drillrig_env.seeds import EVALUATION_SEEDS
 from drillrig_env.verdict import WINDOW, is_mitigated
@@ -32,13 +32,14 @@ def endurance(
     rigs: int = ENDURING,
     times: Sequence[float] = TIMES,
     progress: Callable[[int, int], object] | None = None,
+    suite_name: str = "default",
 ) -> dict[str, float]:
     """The share of rigs that are calm and at their target over the last 10 s before each of `times` (s).
 
-    The rigs are the first ones of the suite `default`, each under the agent from stick-slip on without a break.
-    `progress` is called with the control steps done, and with how many there are.
+    The rigs are drawn as in the suite `suite_name`, with the seeds of its first ones, each under the agent from
+    stick-slip on without a break. `progress` is called with the control steps done, and with how many there are.
     """
-    arguments = {**agent.environment, "duration": max(times), "scenario": "default"}
+    arguments = {**agent.environment, "duration": max(times), "scenario": suite(suite_name, rigs).scenario}
     core = EpisodeBatch(rigs, **arguments)
     core.reset(np.arange(rigs), first_uniforms(EVALUATION_SEEDS.start, rigs), STICKING)
     window = round(WINDOW / CONTROL_PERIOD)

@@ -36,14 +36,16 @@ def ahead(stored: Mapping[str, Results], agents: Mapping[str, str]) -> str:
     )
 
 
-def beside(stored: Mapping[str, Results], policies: Iterable[tuple[str, str, str]]) -> dict[str, Row]:
-    """Rows of `default` by what they are called, from the results by environment of those policies that are there.
+def beside(
+    stored: Mapping[str, Results], policies: Iterable[tuple[str, str, str]], suite: str = "default"
+) -> dict[str, Row]:
+    """Rows of a `suite` by what they are called, from the results by environment of those policies that are there.
 
     `policies` are names, each with its environment and what it is called.
     """
     rows = {}
     for policy, env_id, words in policies:
-        found = stored[env_id].estimates.get("default", {}) if env_id in stored else {}
+        found = stored[env_id].estimates.get(suite, {}) if env_id in stored else {}
         if policy in found:
             rows[words] = _row(found[policy])
     return rows

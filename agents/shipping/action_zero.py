@@ -16,11 +16,12 @@ from agents.endurance import ENDURING, endurance
 from agents.policy.action_zero import ActionZero
 from agents.policy.run_folder import SEEDS, TRAINED, load_policy, seeds_of, shipped
 from agents.shipping.card import tables_of_card, write_card
+from agents.shipping.home import home_suite
 from agents.shipping.named import add_names_argument
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import suite
+from drillrig_env.evaluation.suites import DRAWS, suite
 from drillrig_env.evaluation.tables import all_estimates
 from drillrig_env.files import json_text, write_text
 
@@ -48,23 +49,26 @@ def add_action_zero(folder: Path) -> None:
 
     `ValueError` where `folder` is not that of a shipped agent.
     """
-    about = seeds_of(folder)
-    found = in_its_place(load_policy(folder).environment, about["rigs"])
+    about, agent = seeds_of(folder), load_policy(folder)
+    found = in_its_place(agent.environment, about["rigs"], home_suite(agent.env_id))
     write_text(folder / SEEDS, json_text({**about, "action_zero": found}, indent=1))
 
 
-def in_its_place(environment: Mapping[str, Any], rigs: Mapping[str, int]) -> dict[str, Any]:
+def in_its_place(environment: Mapping[str, Any], rigs: Mapping[str, int], home: str = "default") -> dict[str, Any]:
     """What action 0 does in an agent's `environment`: its tables in the suites that `rigs` has, with how many of
-    their rigs, and how long it holds that.
+    their episodes, and how long it holds that. `home` is the suite that the agent is chosen by.
     """
     policy = ActionZero(environment)
-    scores = {
-        name: {_NAME: {"seed": np.full(number, ""), **score(run(policy, suite(name, number)))}}
-        for name, number in rigs.items()
-    }
+    scores = {}
+    for name, number in rigs.items():
+        of_fleet = suite(name, 1).scenario.rigs is not None
+        drawn = suite(name, number // DRAWS if of_fleet else number)
+        scores[name] = {_NAME: {"seed": np.full(drawn.rigs, ""), **score(run(policy, drawn))}}
     return {
-        "suites": {name: tables_of_card(name, one[_NAME]) for name, one in all_estimates(scores, _NAME).items()},
-        "endurance": endurance(policy, min(rigs["default"], ENDURING)),
+        "suites": {
+            name: tables_of_card(one[_NAME], name == home) for name, one in all_estimates(scores, _NAME).items()
+        },
+        "endurance": endurance(policy, min(rigs[home], ENDURING), suite_name=home),
     }
 
 

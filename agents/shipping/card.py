@@ -14,10 +14,12 @@ from agents.policy.action_zero import SAME_DRIVE
 from agents.policy.agent import Agent
 from agents.policy.environment import environment_arguments
 from agents.policy.run_folder import MODEL, TRAINED, load_policy, read_config, read_seeds, seeds_of, shipped
+from agents.shipping.home import home_suite
 from drillrig_env import markdown
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.report import markdown_table
+from drillrig_env.evaluation.suites import OF_ONE_RIG
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, TABLES, Row, Table, stored_row
 from drillrig_env.files import write_text
 
@@ -60,14 +62,15 @@ def card(name: str, trained: Path = TRAINED) -> str:
     folder = trained / name
     seeds = seeds_of(folder)
     config = read_config(folder)
-    parts = [_task(name, config), _scores(config, seeds), _failures(seeds), _use(name, load_policy(folder))]
+    home = home_suite(config["env_id"])
+    parts = [_task(name, config), _scores(seeds, home), _failures(seeds, home), _use(name, load_policy(folder))]
     parts += [_training(config, seeds), *_beside(name, trained), "## Licence\n\nMIT, as the rest of the package.\n"]
     return "\n".join(parts)
 
 
-def tables_of_card(suite: str, tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Of an agent's tables in a suite those that its card shows: the headline, and of `default` all about its rigs."""
-    return {name: tables[name] for name in (TABLES if suite == "default" else ("main",))}
+def tables_of_card(tables: Mapping[str, Any], at_home: bool) -> dict[str, Any]:
+    """Of an agent's tables in a suite those that its card shows: the headline, and all where it is at home."""
+    return {name: tables[name] for name in (TABLES if at_home else ("main",))}
 
 
 def training_minutes(seeds: Mapping[str, Any]) -> str:
@@ -91,41 +94,44 @@ def _task(name: str, config: Mapping[str, Any]) -> str:
     shown = f"the sensors `{sensors}`" if isinstance(sensors, str) else f"the channels {', '.join(sensors)}"
     frames = config["hyperparameters"].get("frame_stack", 1)
     memory = f", its last {frames} observations ({frames / 10:g} s)" if frames > 1 else ""
+    if "lstm" in str(config["hyperparameters"]["policy"]).lower():
+        memory += ", and remembers what it saw (an LSTM)"
+    rig = ", nor the rig" if home_suite(config["env_id"]).startswith("unknown") else ""
     return (
         f"# `{name}`\n\n"
         f"{config['algorithm'].upper().replace('_', ' ')} for `{config['env_id']}`: bring a drill string out of "
         "stick-slip and hold it calm at the target speed, by moving the drive's speed reference ten times a second. "
-        f"The agent sees {shown}{memory}. It is told neither the normal force nor the friction.\n"
+        f"The agent sees {shown}{memory}. It is told neither the normal force nor the friction{rig}.\n"
     )
 
 
-def _scores(config: Mapping[str, Any], seeds: Mapping[str, Any]) -> str:
+def _scores(seeds: Mapping[str, Any], home: str) -> str:
     count, shipped = len(seeds["seeds"]), seeds["shipped"]
     lines = [
         "## Scores\n",
-        f"On {seeds['rigs']['default']:,} held-out rigs a suite, the chapter's cases aside. Of {count} training seeds, "
+        f"On {seeds['rigs'][home]:,} held-out {_what(home)}, the chapter's cases aside. Of {count} training seeds, "
         f"the interquartile mean with its 95 % bootstrap interval over seeds. {SHARED_DRAWS}\n",
         _by_suite(MAIN, "main", seeds["pooled"]),
         f"\n*{markdown.sentence(MAIN.caption)}*\n",
-        f"The shipped seed, {shipped}, is the median one by mitigated share in `default`; its scores, with 95 % "
+        f"The shipped seed, {shipped}, is the median one by mitigated share in `{home}`; its scores, with 95 % "
         "intervals over rigs:\n",
         _by_suite(MAIN, "main", seeds["alone"]),
         "\nAction 0 on the same drive and rigs, where the reference stays at the target:\n",
         _by_suite(MAIN, "main", seeds["action_zero"]["suites"]),
-        "\nMitigated by hardness in `default`, all seeds and the shipped one:\n",
-        _two_rows(HARDNESS, "hardness", seeds),
+        f"\nMitigated by hardness in `{home}`, all seeds and the shipped one:\n",
+        _two_rows(HARDNESS, "hardness", seeds, home),
         f"\n*{markdown.sentence(HARDNESS.caption)}*\n",
-        "Other scores in `default`:\n",
-        _two_rows(OTHERS, "others", seeds),
+        f"Other scores in `{home}`:\n",
+        _two_rows(OTHERS, "others", seeds, home),
         f"\n*{markdown.sentence(OTHERS.caption)}*\n",
-        f"Every seed in `default` (made with `{seeds['command']}`):\n",
+        f"Every seed in `{home}` (made with `{seeds['command']}`):\n",
     ]
     headings = ("seed", "mitigated", "below ω_c", "bistable", "above", "to calm, s", "cost", "training, min")
     rows = []
     for seed, one in seeds["seeds"].items():
         label = f"{seed}{' (shipped)' if int(seed) == shipped else ''}"
         rows.append([label, *_of_seed(one["scores"]), _minutes(one["seconds"])])
-    tables = seeds["action_zero"]["suites"]["default"]
+    tables = seeds["action_zero"]["suites"][home]
     row = {heading: one["value"] for heading, one in {**tables["main"], **tables["others"]}.items()}
     rows.append([SAME_DRIVE, *_of_seed(row), ""])
     return "\n".join([*lines, markdown.table(headings, rows)]) + "\n"
@@ -137,7 +143,7 @@ def _of_seed(row: Mapping[str, float | None]) -> list[str]:
     return [*shares, _number(row["to calm"], 1), _number(row["cost"], 3)]
 
 
-def _failures(seeds: Mapping[str, Any]) -> str:
+def _failures(seeds: Mapping[str, Any], home: str) -> str:
     held = seeds["endurance"]
     without = seeds["action_zero"]["endurance"]
     shares = [[who, *(f"{one[time]:.3f}" for time in held)] for who, one in (("agent", held), (SAME_DRIVE, without))]
@@ -146,7 +152,7 @@ def _failures(seeds: Mapping[str, Any]) -> str:
     rows = [[what, *(str(count[name]) for count in counts.values())] for what, name in _COUNTED.items()]
     return (
         f"## Where it fails\n\nAll seeds together: {seeds['fails']}\n\n"
-        f"Of {total['rigs']:,} rigs, the suite `default` and those that follow it, the shipped seed does not mitigate "
+        f"Of {total['rigs']:,} {_what(home, total['rigs'] > seeds['rigs'][home])}, the shipped seed does not mitigate "
         f"{total['failed']:,}, of which {total['calm']:,} are calm but off the target. By hardness:\n\n"
         f"{markdown.table(['', *counts], rows)}\n\n"
         "Every one of them is in [`failures.csv`](failures.csv), with its friction, target and scores, the hardest "
@@ -213,14 +219,15 @@ def _beside(name: str, trained: Path) -> list[str]:
     lines = [
         f"## Beside the other agents of {env_id}\n",
     ]
-    headings = ("agent", "mitigated in `default`", SAME_DRIVE, "steps", "training, min", "size, kB")
+    home = home_suite(env_id)
+    headings = ("agent", f"mitigated in `{home}`", SAME_DRIVE, "steps", "training, min", "size, kB")
     rows = []
     for one, seeds in found.items():
-        row = stored_row(seeds["pooled"]["default"]["main"])
+        row = stored_row(seeds["pooled"][home]["main"])
         steps = read_config(trained / one)["hyperparameters"]["n_timesteps"]
         size = (trained / one / MODEL).stat().st_size / 1024
         share = f"{row['mitigated'].value:.3f}"
-        without = f"{seeds['action_zero']['suites']['default']['main']['mitigated']['value']:.3f}"
+        without = f"{seeds['action_zero']['suites'][home]['main']['mitigated']['value']:.3f}"
         rows.append((f"`{one}`", share, without, f"{steps:,}", training_minutes(seeds), f"{size:.0f}"))
     return ["\n".join([*lines, markdown.table(headings, rows)]) + "\n"]
 
@@ -230,13 +237,20 @@ def _by_suite(table: Table, name: str, suites: Mapping[str, Any]) -> str:
     return markdown_table(table, rows, {}, "suite")
 
 
-def _two_rows(table: Table, name: str, seeds: Mapping[str, Any]) -> str:
+def _two_rows(table: Table, name: str, seeds: Mapping[str, Any], home: str) -> str:
     rows = {
-        "all seeds": stored_row(seeds["pooled"]["default"][name]),
-        f"seed {seeds['shipped']}": stored_row(seeds["alone"]["default"][name]),
-        SAME_DRIVE: stored_row(seeds["action_zero"]["suites"]["default"][name]),
+        "all seeds": stored_row(seeds["pooled"][home][name]),
+        f"seed {seeds['shipped']}": stored_row(seeds["alone"][home][name]),
+        SAME_DRIVE: stored_row(seeds["action_zero"]["suites"][home][name]),
     }
     return markdown_table(table, rows, {}, "")
+
+
+def _what(home: str, more: bool = False) -> str:
+    """What a suite's episodes are called, where there may be `more` that follow it."""
+    if home not in OF_ONE_RIG:
+        return f"episodes of `{home}`"
+    return f"rigs, the suite `{home}` and those that follow it" if more else "rigs a suite"
 
 
 def _number(value: float | None, digits: int) -> str:

@@ -4,13 +4,13 @@
     python -m agents.shipping.failures          # of all of them
 
 A share of 0.998 stands for two rigs in a thousand, too few to see what they have in common. The rigs are those of the
-suite `default` and the ones that follow them, so that the first thousand are the suite's own. `failures.csv` in the
-agent's folder has a row a rig, as `results.csv` does, the hardest first.
+suite `default` (or of the agent's environment) and the ones that follow them, so that the first thousand are the
+suite's own. `failures.csv` in the agent's folder has a row a rig, as `results.csv` does, the hardest first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,7 @@ import numpy as np
 
 from agents.policy.run_folder import SEEDS, TRAINED, read_config, seeds_of
 from agents.shipping.card import write_card
+from agents.shipping.home import home_suite
 from agents.shipping.named import add_names_argument
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -28,7 +29,7 @@ from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import default_suite
+from drillrig_env.evaluation.suites import Suite, suite
 from drillrig_env.evaluation.tables import HARDNESS, Scores
 from drillrig_env.files import check_writable, json_text, write_text
 from drillrig_env.flags import of_kind
@@ -73,35 +74,47 @@ def write_failures(name: str, rigs: int = RIGS, trained: Path = TRAINED) -> Path
 
 def failures_of(folder: Path, rigs: int = RIGS) -> tuple[str, dict[str, dict[str, int]]]:
     """What `failures` says of the agent in a run folder, with its progress shown."""
-    name = folder.name
-    contestant = contestant_of(find_policy(str(folder)), read_config(folder)["env_id"], name)
+    name, env_id = folder.name, read_config(folder)["env_id"]
+    contestant = contestant_of(find_policy(str(folder)), env_id, name)
     with Progress("failures", parts=1) as progress:
-        return failures(contestant, rigs, partial(progress.show, name))
+        return failures(contestant, rigs, partial(progress.show, name), home_suite(env_id))
 
 
 def failures(
-    contestant: Contestant, rigs: int = RIGS, progress: Callable[[int, int], object] | None = None
+    contestant: Contestant,
+    rigs: int = RIGS,
+    progress: Callable[[int, int], object] | None = None,
+    home: str = "default",
 ) -> tuple[str, dict[str, dict[str, int]]]:
     """The rigs of `rigs` that the one member of `contestant` does not mitigate, as rows of CSV, the hardest first.
 
     With it, by bin of hardness, how many `rigs` there are, how many `failed`, and how many of these are `calm` but
-    off the target. `progress` is called with the rigs done and how many there are.
+    off the target. `progress` is called with the rigs done and how many there are. `home` is the suite; one with
+    a fleet has no more episodes than its own.
     """
     ((seed, make),) = contestant.members.items()
     parts: list[dict[str, np.ndarray[Any, Any]]] = []
-    for first in range(0, rigs, _AT_ONCE):
-        suite = default_suite(min(_AT_ONCE, rigs - first))
-        suite = replace(suite, first_seed=suite.first_seed + first)
-        scores = score(run(make(suite), suite, **contestant.env))
-        parts.append({"seed": np.full(suite.rigs, seed), "episode": first + np.arange(suite.rigs), **scores})
+    for first, drawn in _parts_of(home, rigs):
+        scores = score(run(make(drawn), drawn, **contestant.env))
+        parts.append({"seed": np.full(drawn.rigs, seed), "episode": first + np.arange(drawn.rigs), **scores})
         if progress:
-            progress(first + suite.rigs, rigs)
+            progress(first + drawn.rigs, max(rigs, first + drawn.rigs))
     every = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     failed = np.flatnonzero(~every["mitigated"])
     hardest_first = failed[np.argsort(-every["hardness"][failed], kind="stable")]
     results = Results()
-    results.add("default", contestant.name, {name: values[hardest_first] for name, values in every.items()})
+    results.add(home, contestant.name, {name: values[hardest_first] for name, values in every.items()})
     return results.rows, _by_hardness(every)
+
+
+def _parts_of(home: str, rigs: int) -> Iterator[tuple[int, Suite]]:
+    """The rigs of a suite and those that follow it, so many at a time, each with the number of its first."""
+    if suite(home, 1).scenario.rigs is not None:
+        yield 0, suite(home, rigs)
+        return
+    for first in range(0, rigs, _AT_ONCE):
+        drawn = suite(home, min(_AT_ONCE, rigs - first))
+        yield first, replace(drawn, first_seed=drawn.first_seed + first)
 
 
 def _by_hardness(scores: Scores) -> dict[str, dict[str, int]]:

@@ -4,12 +4,12 @@
     python -m agents.shipping.ship runs/ppo --name ppo
     python -m agents.shipping.ship runs/ppo --name ppo --results results/ppo   # keep all episodes; goes on after Ctrl-C
 
-All seeds face all suites. The median seed is that of median mitigated share in the suite `default`, lower
-costs counting as better among equals (of an even number of seeds, the worse of the middle two). Its
-config, model and evaluations go into agents/trained/NAME, beside the card (`agents.shipping.card`), `seeds.json`,
-which holds every seed's scores, learning curve and training time, how long the shipped one holds what it reached
-(`agents.endurance`) and what action 0 does in its place (`agents.shipping.action_zero`), and `failures.csv`
-(`agents.shipping.failures`).
+All seeds face all suites. The median seed is that of median mitigated share in the suite `default`, or in that of the
+rigs of its environment (`agents.shipping.home`), lower costs counting as better among equals (of an even number of
+seeds, the worse of the middle two). Its config, model and evaluations go into agents/trained/NAME, beside the card
+(`agents.shipping.card`), `seeds.json`, which holds every seed's scores, learning curve and training time, how long the
+shipped one holds what it reached (`agents.endurance`) and what action 0 does in its place
+(`agents.shipping.action_zero`), and `failures.csv` (`agents.shipping.failures`).
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ from agents.shipping.action_zero import in_its_place
 from agents.shipping.card import tables_of_card, write_card
 from agents.shipping.failures import FILE as FAILURES
 from agents.shipping.failures import failures_of
+from agents.shipping.home import home_suite, suites_of
 from agents.training.progress import read_progress
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -52,10 +53,11 @@ from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
-from drillrig_env.evaluation.suites import OF_ONE_RIG, suite
+from drillrig_env.evaluation.suites import SUITES, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
 from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
 from drillrig_env.flags import of_kind
+from drillrig_env.parameters import refuse
 from drillrig_env.policy import find_policy
 from drillrig_env.progress import Progress
 
@@ -75,15 +77,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", type=Path, help="folder of the seeds, as train.py --seeds leaves it")
     parser.add_argument("--name", required=True, help="what the agent is called")
     parser.add_argument("--rigs", type=of_kind(COUNT), default=1000, help="random rigs of a suite (default: 1000)")
-    parser.add_argument(
-        "--suite", nargs="+", choices=list(OF_ONE_RIG), default=list(OF_ONE_RIG), help="default: all suites"
-    )
+    parser.add_argument("--suite", nargs="+", choices=list(SUITES), help="default: all that its environment has")
     parser.add_argument("--results", type=Path, metavar="DIR", help="folder that keeps the episodes, to go on from")
     chosen = parser.parse_args(arguments)
     made_by = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
-    names = [name for name in OF_ONE_RIG if name in chosen.suite or name == "default"]
     try:
-        folder = ship(chosen.folder, chosen.name, chosen.rigs, names, chosen.results, command=made_by)
+        folder = ship(chosen.folder, chosen.name, chosen.rigs, chosen.suite, chosen.results, command=made_by)
     except ValueError as error:
         parser.error(error)
     print(f"seed {read_config(folder)['seed']} is shipped: {folder}")
@@ -93,22 +92,28 @@ def ship(
     runs: Path,
     name: str,
     rigs: int = 1000,
-    suites: Sequence[str] = OF_ONE_RIG,
+    suites: Sequence[str] | None = None,
     results_folder: Path | None = None,
     trained: Path = TRAINED,
     command: str = COMMAND,
 ) -> Path:
     """Evaluate the seeds in `runs`, copy the median one into `trained`/`name` with its card, and return that folder.
 
-    `suites` must hold "default". Raises `ValueError` for fewer than LEAST_SEEDS seeds, for an unfinished
+    `suites` are some of those of the agents' environment, all if None; its own is among them in any case. Raises
+    `ValueError` for fewer than LEAST_SEEDS seeds, for an unfinished
     training among them, and for results of other seeds or rigs in `results_folder`.
     """
     folders = _finished(runs)
     check_writable(trained / name)
     env_id = read_config(next(iter(folders.values())))["env_id"]
-    results = _evaluate(runs, name, env_id, rigs, suites, results_folder, command)
+    home, known = home_suite(env_id), suites_of(env_id)
+    for one in suites or ():
+        if one not in known:
+            raise refuse("ship", "suite", one, "", ", ".join(known))
+    asked = [one for one in known if suites is None or one in suites or one == home]
+    results = _evaluate(runs, name, env_id, rigs, asked, results_folder, command)
     results.estimates = all_estimates(results.scores, name)
-    scores = results.scores["default"][name]
+    scores = results.scores[home][name]
     shipped = median_seed(scores)
     alone = {one: {name: _of_seed(policies[name], shipped)} for one, policies in results.scores.items()}
     target = trained / name
@@ -118,7 +123,7 @@ def ship(
             shutil.copyfile(folders[shipped] / file, new)
     agent = load_policy(target)
     with Progress("endurance", parts=1) as progress:
-        held = endurance(agent, min(rigs, ENDURING), progress=partial(progress.show, name))
+        held = endurance(agent, min(rigs, ENDURING), progress=partial(progress.show, name), suite_name=home)
     rows, counts = failures_of(target, _FAILURES * rigs)
     sizes = {one: results.config["suites"][one]["rigs"] for one in results.scores}
     content = {
@@ -127,12 +132,12 @@ def ship(
         "rigs": sizes,
         "shipped": int(shipped),
         "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
-        "pooled": {one: tables_of_card(one, tables[name]) for one, tables in results.estimates.items()},
-        "alone": {one: tables_of_card(one, tables[name]) for one, tables in all_estimates(alone, name).items()},
+        "pooled": {one: tables_of_card(tables[name], one == home) for one, tables in results.estimates.items()},
+        "alone": {one: tables_of_card(tables[name], one == home) for one, tables in all_estimates(alone, name).items()},
         "endurance": held,
         "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
         "failures": counts,
-        "action_zero": in_its_place(agent.environment, sizes),
+        "action_zero": in_its_place(agent.environment, sizes, home),
     }
     write_text(target / FAILURES, rows)
     write_text(target / SEEDS, json_text(content, indent=1))
@@ -189,7 +194,7 @@ def _of_seed(scores: Scores, seed: str) -> Scores:
 
 
 def _seed(folder: Path, scores: Scores) -> dict[str, Any]:
-    """One seed's training time, machine, learning curve and scores in `default`."""
+    """One seed's training time, machine, learning curve and scores in the suite of its rigs."""
     with np.load(folder / EVALUATIONS) as saved:
         timesteps, mitigated = saved["timesteps"].tolist(), saved["mitigated"].mean(axis=1).tolist()
     row = estimates(scores, MAIN.columns + OTHERS.columns)

@@ -20,6 +20,7 @@ from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
 from agents.shipping.card import SHARED_DRAWS, imitation_steps, training_minutes
+from agents.shipping.home import home_suite
 from docs.make.choices import choices, made
 from docs.make.contents import with_contents
 from docs.make.use import USE
@@ -35,21 +36,48 @@ COMMAND = "python -m docs.make agents"
 AGENT = "ppo"
 """The agent whose behaviour is shown."""
 
+
+@dataclass(frozen=True)
+class _Group:
+    """Agents that are shown in one table: words above it, and what stands beside them.
+
+    The latter are policies, each with its environment and what it is called. The agents are those at home in the suite
+    `home`, through a softened drive or not.
+    """
+
+    words: str
+    beside: tuple[tuple[str, str, str], ...]
+    home: str = "default"
+    is_soft: bool = False
+
+
 _SHOWN = Table((*MAIN.columns, OTHERS.columns[0]), f"{MAIN.caption}; cost: mean of - reward")
-_PLAIN = "**On the rig's own drive**, the environment as `gym.make` gives it:\n"
-_SOFT = (
-    "**Where the drive is ours to change.** Softened gains, those of `soft_torque`, free most rigs without any "
-    "agent; what an agent adds is small, and on the rig's own drive these agents do not work:\n"
-)
-_BESIDE = {
-    False: (
-        ("constant", "DrillRig-v0", "action 0, same drive (`constant`)"),
-        ("lqg", "DrillRig-v0", "`lqg`, same drive and sensors"),
-        ("lqg", "DrillRigSurface-v0", "`lqg`, sensors of the surface"),
+_GROUPS = (
+    _Group(
+        "**On the rig's own drive**, the environment as `gym.make` gives it:\n",
+        (
+            ("constant", "DrillRig-v0", "action 0, same drive (`constant`)"),
+            ("lqg", "DrillRig-v0", "`lqg`, same drive and sensors"),
+            ("lqg", "DrillRigSurface-v0", "`lqg`, sensors of the surface"),
+        ),
     ),
-    True: (("soft_torque", "DrillRig-v0", "action 0, same drive (`soft_torque`)"),),
-}
-"""What stands beside the agents, by whether the drive is softened: a policy, its environment, what it is called."""
+    _Group(
+        "**Where nobody knows the rig**: sensors of the surface, late, on the rig's own drive, in the suite `unknown` "
+        "([fleets](fleets.md)):\n",
+        (
+            ("constant", "DrillRigUnknown-v0", "action 0, same drive (`constant`)"),
+            ("lqg", "DrillRigUnknown-v0", "`lqg`"),
+            ("baselines/for_fleets.py:LQGOfFleet", "DrillRigUnknown-v0", "`lqg`, tuned on a fleet"),
+        ),
+        home="unknown",
+    ),
+    _Group(
+        "**Where the drive is ours to change.** Softened gains, those of `soft_torque`, free most rigs without any "
+        "agent; what an agent adds is small, and on the rig's own drive these agents do not work:\n",
+        (("soft_torque", "DrillRig-v0", "action 0, same drive (`soft_torque`)"),),
+        is_soft=True,
+    ),
+)
 
 _LEVELS = (0.5, 0.9, 0.95)
 
@@ -60,6 +88,11 @@ class _Agent:
 
     config: Mapping[str, Any]
     seeds: Mapping[str, Any]
+
+    @property
+    def home(self) -> str:
+        """The suite of its rigs."""
+        return home_suite(self.config["env_id"])
 
     @property
     def is_soft(self) -> bool:
@@ -99,7 +132,7 @@ def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
 def _stored(docs: Path, found: Mapping[str, _Agent]) -> dict[str, Results]:
     """The stored results by environment, of the agents' and of those beside them, as far as they are there."""
     environments = {one.config["env_id"] for one in found.values()} | {
-        one[1] for rows in _BESIDE.values() for one in rows
+        one[1] for group in _GROUPS for one in group.beside
     }
     folders = {env_id: docs / "results" / env_id for env_id in sorted(environments)}
     return {env_id: read(folder) for env_id, folder in folders.items() if folder.is_dir()}
@@ -131,17 +164,17 @@ def _shipped(found: Mapping[str, _Agent], stored: Mapping[str, Results]) -> str:
         "mean over all training seeds with its 95 % bootstrap interval; of what is not trained, with that over rigs. "
         f"{SHARED_DRAWS}\n",
     ]
-    for soft, words in ((False, _PLAIN), (True, _SOFT)):
+    for group in _GROUPS:
         rows = {
             f"[`{name}`](../agents/trained/{name}/README.md)": stored_row(
-                {**agent.seeds["pooled"]["default"]["main"], **agent.seeds["pooled"]["default"]["others"]}
+                {**agent.seeds["pooled"][group.home]["main"], **agent.seeds["pooled"][group.home]["others"]}
             )
             for name, agent in found.items()
-            if agent.is_soft is soft
+            if (agent.is_soft, agent.home) == (group.is_soft, group.home)
         }
         if rows:
-            rows |= beside(stored, _BESIDE[soft])
-            parts += [words, markdown_table(_SHOWN, rows, {}, "policy"), ""]
+            rows |= beside(stored, group.beside, group.home)
+            parts += [group.words, markdown_table(_SHOWN, rows, {}, "policy"), ""]
     about = []
     for name, agent in found.items():
         config = agent.config

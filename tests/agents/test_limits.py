@@ -28,6 +28,7 @@ def test_each_condition_takes_away_what_it_says_and_keeps_the_episodes():
         assert one.groups[0][1]["start"] == "stick_slip"
 
 
+@pytest.mark.slow
 def test_every_policy_faces_every_condition(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(module, "BESIDE", {name: BESIDE[name] for name in ("constant", "baselines/told.py:LQROfRig")})
     main(["ppo_surface", "--rigs", "2", "--docs", str(tmp_path)])
