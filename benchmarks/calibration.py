@@ -37,6 +37,7 @@ from drillrig_env.calibrate.unknowns import values_of
 from drillrig_env.command_line import Parser, command
 from drillrig_env.files import check_writable_file, write_text
 from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
+from drillrig_env.inputs import Inputs
 from drillrig_env.jit.threads import available_threads
 from drillrig_env.scales import Scales
 from drillrig_env.stability import critical_speed, end_of_stick_slip
@@ -88,7 +89,7 @@ def records_of(kind: Kind, seed: int) -> list[Record]:
     sweep = [(max(0.0, 0.5 * k * time - early), (7.0 - 4.6 * k / 120.0) * speed) for k in range(120)]
     steps = [(max(0.0, t * time - early), v * speed) for t, v in ((0, 2.0), (10, 4.0), (20, 3.0), (30, 6.0))]
     return [
-        _logged(kind, name, reference, load, length * time, random)
+        logged(kind, name, reference, [(0.0, load)], length * time, random)
         for name, reference, load, length in (
             ("steps", steps, 0.0, 40.0),
             ("sweep", sweep, force, 60.0),
@@ -97,11 +98,24 @@ def records_of(kind: Kind, seed: int) -> list[Record]:
     ]
 
 
-def _logged(kind: Kind, name: str, reference: Any, force: float, length: float, random: np.random.Generator) -> Record:
-    """A run as a logger writes it."""
+def logged(
+    kind: Kind,
+    name: str,
+    reference: Any,
+    load: Sequence[tuple[float, float]],
+    length: float,
+    random: np.random.Generator,
+    *,
+    period: float = 0.01,
+    channels: Sequence[str] = tuple(_NOISE),
+) -> Record:
+    """A run of `length` s as a logger writes it, every `period` (s on the chapter's rig), with noise from `random`.
+
+    `reference` (rad/s) and `load` (N) are schedules as `simulate` takes them; the loads change at samples.
+    """
     scales = Scales.of(kind.rig)
-    period = 0.01 * scales.time
-    run = simulate(kind.rig, kind.friction, None, reference, length, period, normal_force=force, tilt=kind.tilt)
+    period *= scales.time
+    run = simulate(kind.rig, kind.friction, None, reference, length, period, normal_force=load, tilt=kind.tilt)
     units = {"bit_speed": scales.speed, "top_speed": scales.speed, "current": 1.0, "voltage": 1.0}
     if scales.speed != 1.0:
         units["current"] = float(np.ptp(run.current)) or 1.0
@@ -109,13 +123,15 @@ def _logged(kind: Kind, name: str, reference: Any, force: float, length: float, 
     signals = {}
     gap = random.uniform(0.2, 0.8) * length
     lost = (run.time >= gap) & (run.time < gap + _GAP * scales.time)
-    for channel, size in _NOISE.items():
+    for channel in channels:
+        size = _NOISE[channel]
         values = getattr(run, channel) + size * units[channel] * random.standard_normal(len(run.time))
         if channel.endswith("speed"):
             values = _STEP * units[channel] * np.rint(values / (_STEP * units[channel]))
         values[random.choice(len(values), _GLITCHES, replace=False)] = np.nan  # which reading has masked
         signals[channel] = np.where(lost, np.nan, values)
-    return Record(name, "", run.time, signals, run.speed_reference, np.full(len(run.time), force))
+    pressed = Inputs.of(kind.friction, reference, load, None).force(run.time, 1e-6 * period)  # as set, however untrue
+    return Record(name, "", run.time, signals, run.speed_reference, pressed)
 
 
 def fitted(kind: Kind, seed: int) -> Calibration:

@@ -1,0 +1,167 @@
+"""Control designed on a rig as a minute of its records tells it, beside what knows less of the rig, and more.
+
+    python -m benchmarks.calibrated_rigs --rigs 64            # writes docs/agents/calibrated.json
+    python -m benchmarks.calibrated_rigs --rigs 8 --tuning --json few.json  # rigs to try things on, and no verdict
+
+Of each rig of the suite `unknown` a logger writes one minute at 50 Hz, apart from all episodes: top speed, current and
+voltage with the noise of the surface sensors, speeds in steps, glitches and a gap; the speed reference; and the normal
+force, as set. For 12 s the bit is free and the speed steps; then, at 20 N, the speed falls slowly from 6 to 2 rad/s,
+and last it steps between 1.2 and 2.5 rad/s, where most rigs stick and slip.
+
+A rig and its friction are fitted to that from the nominal ones, with the drive's gains as set and every other parameter
+known beforehand no better than as the suite draws it: string, discs and friction within a factor of 2, the motor within
+10 %. Where the fit fails, tells of a misfit, or cannot be designed for, the nominal rig stays in its place, and is
+counted. `LQGCalibrated` is `lqg` with filter, gains and law of friction of what was fitted. It plays the 16 episodes of
+that rig, as do all that it stands beside.
+
+The file is written after each rig, and what it holds is not fitted again: a run that was stopped goes on when the
+command is given again, also with more rigs.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from baselines import LQG, Baseline
+from baselines.calibrated import LQGCalibrated
+from baselines.for_fleets import LQGOfFleet
+from baselines.told import LQGOfRig, LQROfRig
+from baselines.tune import tuning_suite
+from benchmarks.calibration import Kind
+from benchmarks.measure import note, print_table, write_json
+from benchmarks.minute_of_records import KNOWN, NOMINAL, Found, fleet_of, found_of, kinds_of
+from drillrig_env.allowed import Allowed, File
+from drillrig_env.calibrate.unknowns import values_of
+from drillrig_env.command_line import Parser, command
+from drillrig_env.evaluation.runner import run
+from drillrig_env.evaluation.scores import score
+from drillrig_env.evaluation.statistics import Estimate, mean, over_rigs
+from drillrig_env.evaluation.suites import LARGEST_FLEET, Suite, suite
+from drillrig_env.files import check_writable_file, read_json
+from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
+
+COMMAND = "python -m benchmarks.calibrated_rigs"
+FILE = Path(__file__).parents[1] / "docs" / "agents" / "calibrated.json"
+RIGS = 64
+
+POLICIES: dict[str, type[Baseline]] = {
+    "`lqg`": LQG,
+    "`lqg`, tuned on a fleet": LQGOfFleet,
+    "`LQGCalibrated`": LQGCalibrated,
+    "`LQGOfRig` *": LQGOfRig,
+    "`LQROfRig` *": LQROfRig,
+}
+"""Who is judged, by what the table calls them; * is told what no real rig tells."""
+
+_CALIBRATED = "`LQGCalibrated`"
+
+
+def mitigated(judged: Suite, found: Sequence[Found]) -> dict[str, npt.NDArray[Any]]:
+    """Of each policy whether it mitigated each episode of a suite, shape (episodes,)."""
+    outcomes = {}
+    for name, kind in POLICIES.items():
+        fleet = fleet_of(found) if kind is LQGCalibrated else judged.scenario.rigs
+        outcomes[name] = score(run(kind("surface", fleet=fleet), judged, sensors="surface", threads=1))["mitigated"]
+        note(f"{name}: {outcomes[name].mean():.3f}")
+    return outcomes
+
+
+def rows_of(outcomes: Mapping[str, npt.NDArray[Any]], rigs: int) -> list[list[str]]:
+    """A row a policy: its share, its share less that of `lqg`, and that of the calibrated one less its own."""
+    rows = []
+    for name, own in outcomes.items():
+        place = np.repeat(np.arange(rigs), len(own) // rigs)
+        shares = [over_rigs(own, place)]
+        for more, less in ((own, outcomes["`lqg`"]), (outcomes[_CALIBRATED], own)):
+            shares.append(over_rigs(more.astype(float) - less, place, mean))
+        rows.append([name, *(_in_words(one, sign) for one, sign in zip(shares, ("", "+", "+"), strict=True))])
+    return rows
+
+
+def errors_of(kinds: Sequence[Kind], found: Sequence[Found]) -> list[list[str]]:
+    """A row a parameter: how far off the nominal value and the one found are, at the median and at the 90 % point."""
+    truths, rows = [values_of(kind.rig, kind.friction) for kind in kinds], []
+    for name in KNOWN:
+        true, row = np.log([one[name] for one in truths]), [f"`{name}`"]
+        for values in ([NOMINAL[name]] * len(found), [one.values.get(name, NOMINAL[name]) for one in found]):
+            off = np.expm1(np.quantile(np.abs(np.log(values) - true), (0.5, 0.9)))
+            row += [f"{share:.0%}" for share in off]
+        rows.append(row)
+    return rows
+
+
+def _in_words(found: Estimate, sign: str) -> str:
+    return f"{found.value:{sign}.3f} ({found.low:{sign}.2f} to {found.high:{sign}.2f})"
+
+
+@command
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Fit the rigs, keep what is found of each, then judge all policies on them."""
+    parser = Parser(prog=COMMAND, description=__doc__)
+    add = parser.add_argument
+    add("--rigs", type=of_kind(Allowed(1, LARGEST_FLEET, whole=True)), default=RIGS, help=f"(default: {RIGS})")
+    add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of the records (default: 0)")
+    add("--tuning", action="store_true", help="rigs of a fleet to tune on, in place of the suite's own")
+    add("--json", type=of_kind(File()), default=FILE, help="the file (default: docs/agents/calibrated.json)")
+    add("--overwrite", action="store_true", help="begin anew, whatever the file holds")
+    add_engine_arguments(parser, "rigs")
+    chosen = parser.parse_args(arguments)
+    judged = (tuning_suite if chosen.tuning else suite)("unknown", chosen.rigs)
+    kinds, made = kinds_of(judged), {"seed": chosen.seed, "tuning": chosen.tuning}
+    try:
+        check_writable_file(chosen.json)
+        found = {} if chosen.overwrite else _of_before(chosen.json, made)
+        engine = engine_of(chosen)
+    except (ValueError, ImportError, OSError) as error:
+        parser.error(str(error))
+    line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+
+    def keep(**more: Any) -> None:
+        rigs = [{"rig": number, **asdict(one)} for number, one in sorted(found.items())]
+        write_json(chosen.json, {"command": line, **made, **more, "rigs": rigs}, announce=bool(more))
+
+    missing = [number for number in range(chosen.rigs) if number not in found]
+    with engine:
+        pieces = [(number, kinds[number]) for number in missing]
+        for done, (place, one) in enumerate(engine.each(partial(found_of, chosen.seed), pieces), 1):
+            found[missing[place]] = one
+            keep()
+            note(f"{done} of {len(missing)} rigs: {one.seconds:.0f} s{', ' * bool(one.failed)}{one.failed}")
+    known = [found[number] for number in range(chosen.rigs)]
+    outcomes = mitigated(judged, known)
+    counts = {name: own.reshape(chosen.rigs, -1).sum(axis=1).tolist() for name, own in outcomes.items()}
+    print_table(["policy", "mitigated", "less `lqg`", "calibrated less it"], rows_of(outcomes, chosen.rigs))
+    print()
+    headings = ["parameter", "nominal off by", "9 of 10 within", "found off by", "9 of 10 within"]
+    print_table(headings, errors_of(kinds, known))
+    failed = sum(bool(one.failed) for one in known)
+    print(f"\n{chosen.rigs} rigs; {failed} of the fits failed; {np.mean([one.seconds for one in known]):.1f} s a fit")
+    keep(mitigated=counts)
+
+
+def _of_before(file: Path, made: Mapping[str, Any]) -> dict[int, Found]:
+    """What a file holds; nothing where there is none. `ValueError` where it is damaged, or of other records."""
+    if not file.is_file():
+        return {}
+    remedy = "take another one with --json, or begin anew with --overwrite"
+    earlier = read_json(file, remedy).get("results", {})
+    try:
+        for name, value in made.items():
+            if earlier[name] != value:
+                raise ValueError(f"its {name} is {earlier[name]}, not {value}")
+        return {one["rig"]: Found(one["values"], one["failed"], one["seconds"]) for one in earlier["rigs"]}
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{file} does not hold these rigs ({error}); {remedy}") from error
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
