@@ -90,13 +90,19 @@ def rows_of(outcomes: Mapping[str, npt.NDArray[Any]], rigs: int) -> list[list[st
 def errors_of(kinds: Sequence[Kind], found: Sequence[Found]) -> list[list[str]]:
     """A row a parameter: how far off the nominal value and the one found are, at the median and at the 90 % point."""
     truths, rows = [values_of(kind.rig, kind.friction) for kind in kinds], []
-    for name in KNOWN:
-        true, row = np.log([one[name] for one in truths]), [f"`{name}`"]
-        for values in ([NOMINAL[name]] * len(found), [one.values.get(name, NOMINAL[name]) for one in found]):
-            off = np.expm1(np.quantile(np.abs(np.log(values) - true), (0.5, 0.9)))
-            row += [f"{share:.0%}" for share in off]
+    known = [NOMINAL | one.values for one in found]
+    for name in (*KNOWN, "J_1 + J_2"):
+        true, row = np.log([_value(one, name) for one in truths]), [f"`{name}`"]
+        for values in ([NOMINAL] * len(found), known):
+            away = np.abs(np.log([_value(one, name) for one in values]) - true)
+            row += [f"{share:.0%}" for share in np.expm1(np.quantile(away, (0.5, 0.9)))]
         rows.append(row)
     return rows
+
+
+def _value(values: Mapping[str, float], name: str) -> float:
+    """A parameter by its name, or a sum of some."""
+    return sum(values[part] for part in name.split(" + "))
 
 
 def _in_words(found: Estimate, sign: str) -> str:
