@@ -116,7 +116,7 @@ class _Search:
         states = optuna_module().trial.TrialState
         trial = self._open.pop(number)
         held = self.study.optuna.get_trials(deepcopy=False)[number]
-        self._spent += self._of.pop(number)
+        steps = self._of.pop(number)
         if error is not None or not held.intermediate_values:
             self.failures += 1
             self.study.optuna.tell(trial, state=states.FAIL)
@@ -124,6 +124,7 @@ class _Search:
             print(f"try {number} failed: {self.last_error}", file=sys.stderr, flush=True)
             return
         self.failures = 0
+        self._spent += steps
         if self.study.is_full(held):
             self.study.optuna.tell(trial, worth_now := worth(held))
             how = f"{worth_now:.4f}"

@@ -20,8 +20,7 @@ Drawn = Mapping[str, Any]
 Told = Callable[[int, float], bool]
 
 _THIRD = 3  # of the tries that came as far goes on from one rung of ASHA to the next
-
-
+_AGAIN = 3  # more times that a try is begun whose worker or machine was lost
 _ERROR = "what_failed"
 
 
@@ -94,7 +93,7 @@ def tune(engine: Engine, asker: Asker, tries: Tries) -> None:
                 storage_path=folder,
                 verbose=0,
                 stop=_stopper(asker),
-                failure_config=of_ray.FailureConfig(max_failures=0),
+                failure_config=of_ray.FailureConfig(max_failures=_AGAIN),
             ),
         ).fit()
 
