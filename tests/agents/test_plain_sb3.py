@@ -1,16 +1,15 @@
-"""A shipped model in Stable-Baselines3 alone: loaded and stacked as any other, it acts as the agent of the contract."""
+"""A shipped model by its algorithm alone: loaded and stacked as any other, it acts as the agent of the contract."""
 
 import numpy as np
 import pytest
-from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import VecFrameStack
 
 import drillrig_env
 from agents.policy.run_folder import MODEL, find_run, read_config, shipped
+from agents.training.hyperparameters import algorithm_class
 from drillrig_env.policy import load
 
 RIGS, STEPS = 4, 30
-ALGORITHMS = {"ppo": PPO, "sac": SAC}
 
 
 @pytest.mark.parametrize("name", shipped())
@@ -21,11 +20,11 @@ def test_it_acts_bit_for_bit_as_the_agent_does(name):
     if agent.frames > 1:
         env = VecFrameStack(env, agent.frames)
     folder = find_run(name)
-    model = ALGORITHMS[read_config(folder)["algorithm"]].load(folder / MODEL, device="cpu")
+    model = algorithm_class(read_config(folder)["algorithm"]).load(folder / MODEL, device="cpu")
     channels = len(agent.sensors.names)
-    observation, memory, starts = env.reset(), None, np.ones(RIGS, dtype=bool)
+    observation, state, memory, starts = env.reset(), None, None, np.ones(RIGS, dtype=bool)
     for _ in range(STEPS):  # two episodes
-        action, _ = model.predict(observation, deterministic=True)
+        action, state = model.predict(observation, state, starts, deterministic=True)
         same, memory = agent.predict(observation[:, -channels:], memory, starts)
         np.testing.assert_array_equal(action, same)
         observation, _, starts, _ = env.step(action)
