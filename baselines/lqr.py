@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from baselines.counted import CountedLaw
 from baselines.lqg import TWIST_RATE_TIME, move_of_set_point
@@ -18,7 +19,9 @@ from drillrig_env.scales import LARGEST_REFERENCE
 
 _STEPS, _OFFSET, _SHAKING = 0, 1, 2
 _HIGHEST_SET_POINT = LARGEST_REFERENCE - 0.5  # rad/s; little room is enough for a feedback that is told everything
-_ENTRIES = 41  # of the gains of each rig, over the slope of the friction
+
+ENTRIES = 41
+"""Entries of the gains of each rig, over the slope of the friction."""
 
 
 class LQR(CountedLaw):
@@ -51,7 +54,7 @@ class LQR(CountedLaw):
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
         self.shaking, self.rise, self.ease = shaking, rise, ease
-        self.feedback = SetPointFeedback(self.plants, effort, self.period, _ENTRIES)
+        self.feedback = SetPointFeedback(self.plants, effort, self.period, ENTRIES)
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
@@ -63,12 +66,19 @@ class LQR(CountedLaw):
         twist_rate = seen["bit_speed"] - seen["top_speed"]
         memory[:, _SHAKING] += self.followed(TWIST_RATE_TIME) * (twist_rate**2 - memory[:, _SHAKING])
         set_point = seen["speed_target"] + memory[:, _OFFSET]
-        rate = np.where(np.sqrt(memory[:, _SHAKING]) / set_point > self.shaking, self.rise, -self.ease)
+        shaking = np.sqrt(memory[:, _SHAKING]) / set_point
+        rate = np.where(shaking > self.shaking, self.rise, -self.ease)
         wanted, time = rate * self.period, memory[:, _STEPS] * self.period
         move = move_of_set_point(wanted, set_point, memory[:, _OFFSET], time, _HIGHEST_SET_POINT)
         memory[:, _OFFSET] += move
         memory[:, _STEPS] += 1.0
         states = np.stack([seen[name] for name in STATE_NAMES], axis=-1)
         reference = seen["speed_reference"] + move
-        feedback = self.feedback.at(friction, set_point + move, self.places(privileged))
+        feedback = self._feedback(friction, set_point + move, self.places(privileged), shaking)
         return np.asarray(reference + wanted_change(feedback, states, reference))
+
+    def _feedback(
+        self, friction: Friction, set_point: FloatArray, places: npt.NDArray[np.intp], shaking: FloatArray
+    ) -> FloatArray:
+        """The feedback about set points (rad/s) of shape (n,), where the rigs shake so much; shape (n, SIZE + 1)."""
+        return self.feedback.at(friction, set_point, places)
