@@ -30,7 +30,8 @@ class LQROnEnsemble(LQR):
     that the nearer the rig comes to calm, the less its `effort` weighs, down to `calm_effort`: from there on what is
     left of the swing is what noise makes of it, and a firm hand keeps it smallest. `threads` as for the batch core.
 
-    Tuning rule: `effort` and `calm_effort` were chosen among a few on a fleet to tune on, as were the ensemble's numbers.
+    Tuning rule: `effort` and `calm_effort` were chosen among a few on a fleet to tune on, and so were the
+    ensemble's numbers.
     """
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")
@@ -68,9 +69,8 @@ class LQROnEnsemble(LQR):
         """What `LQR` wants where the state is the estimated one."""
         n = len(memory)
         places = np.broadcast_to(self.places(privileged), n)
-        told: dict[str, FloatArray] = {name: np.broadcast_to(privileged[name], n) for name in self.privileged} | {
-            "rig": places.astype(float)
-        }
+        told: dict[str, FloatArray] = {name: np.broadcast_to(privileged[name], n) for name in self.privileged}
+        told["rig"] = places.astype(float)
         mean = np.empty((n, SIZE))
         for some in np.array_split(np.arange(n), -(-n // _TOGETHER)):
             rows = memory[some]
@@ -83,6 +83,7 @@ class LQROnEnsemble(LQR):
     def _feedback(
         self, friction: Friction, set_point: FloatArray, places: npt.NDArray[np.intp], shaking: FloatArray
     ) -> FloatArray:
+        """That of `LQR`, and the nearer to calm, the firmer."""
         share = np.clip((shaking - self.calm) / (self.shaking - self.calm), 0.0, 1.0)[:, None]
         firm = self.calm_feedback.at(friction, set_point, places)
         return np.asarray(firm + share * (self.feedback.at(friction, set_point, places) - firm))
