@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.policy.environment import check_arguments, plain_arguments, scaled_arguments
+from agents.policy.environment import check_arguments, environment_arguments, plain_arguments, scaled_arguments
 from agents.policy.run_folder import find_run, read_config
 from agents.training.calibrated import calibrated_arguments, calibrated_scenario, posterior_of
+from agents.training.curriculum import Stages
 from agents.training.device import DEVICES
 from agents.training.hyperparameters import ALGORITHMS, hyperparameters
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
+from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.scenario import Scenario
+from drillrig_env.env.task import CHANGEABLE
 from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.scales import Scales
 from drillrig_env.seeds import TRAINING_SEEDS
@@ -113,7 +116,8 @@ def checked_config(training: Training) -> dict[str, Any]:
         if posterior:
             made = [Scenario.named(one["scenario"], scales) for one in scenarios]
             scenarios = [{"scenario": calibrated_scenario(posterior, one, scales)} for one in made]
-        chosen["curriculum"]["scenarios"] = _plain_scenarios(training.env_id, env_kwargs, scenarios)
+        chosen["curriculum"]["scenarios"] = [plain_arguments(training.env_id, one)["scenario"] for one in scenarios]
+        _check_stages(training.env_id, env_kwargs, Stages.of(chosen["curriculum"]))
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
         raise refuse("Training", "seed", training.seed, "", f"0 to {last}")
@@ -139,6 +143,9 @@ def _base(training: Training) -> dict[str, Any] | None:
     """The config of the agent to begin with; None where there is none. `ValueError` where it is of another kind."""
     if training.resume_from is None:
         return None
+    if training.conf_file is not None:
+        allowed = "none beside an agent to begin with, whose settings hold but for --hyperparams and --env-kwargs"
+        raise refuse("Training", "conf_file", str(training.conf_file), "", allowed)
     config = read_config(find_run(training.resume_from))
     for name in ("algorithm", "env_id"):
         if config[name] != getattr(training, name):
@@ -148,9 +155,9 @@ def _base(training: Training) -> dict[str, Any] | None:
     return config
 
 
-def _plain_scenarios(env_id: str, env_kwargs: Mapping[str, Any], arguments: Sequence[Mapping[str, Any]]) -> list[Any]:
-    """The scenarios of a curriculum as plain values. `ValueError` for one that the environment cannot have."""
-    found = [plain_arguments(env_id, one) for one in arguments]
-    for one in found:
-        check_arguments(env_id, {**env_kwargs, **one})
-    return [one["scenario"] for one in found]
+def _check_stages(env_id: str, env_kwargs: Mapping[str, Any], stages: Stages) -> None:
+    """Raise `ValueError` for a stage of a curriculum that the environment cannot have, or not be changed to."""
+    batch = EpisodeBatch(1, **environment_arguments(env_id, env_kwargs))
+    for stage in stages.environments(dict.fromkeys(CHANGEABLE))[:-1]:
+        check_arguments(env_id, {**env_kwargs, **stage})
+        batch.change(**stage)

@@ -53,8 +53,8 @@ class TaskAttribute(Generic[T]):
 class PlaysTask:
     """What has a task: the batch core and the forms of the environment.
 
-    `scenario`, `reward` and `slew_limit` can be given anew, as attributes or by `change`; the other fields are what
-    an environment is made for, and setting them raises an `AttributeError`.
+    `scenario`, `reward`, `slew_limit`, `noise` and `delay` can be given anew, as attributes or by `change`; the other
+    fields are what an environment is made for, and setting them raises an `AttributeError`.
     """
 
     rig = TaskAttribute[Rig]()
@@ -84,10 +84,11 @@ class PlaysTask:
         return () if critic is None else tuple(channel.name for channel in critic.channels)
 
     def change(self, **fields: Any) -> None:
-        """Give `scenario`, `reward` or `slew_limit` another value, in any way that the environment takes it.
+        """Give scenario, reward, slew limit, noise or delay another value, in any way that the environment takes it.
 
-        Reward and slew limit (rad/s^2) hold from the next step on, the scenario from the next episode on. Raises
-        `AttributeError` for other fields of the task and `ValueError` for a value that is not allowed.
+        Reward, slew limit (rad/s^2) and noise hold from the next step on, scenario and delay (control steps, no longer
+        than what the environment was made for) from the next episode on. Raises `AttributeError` for other fields of
+        the task and `ValueError` for a value that is not allowed.
         """
         self.core.change(**fields)
 

@@ -99,18 +99,20 @@ class EpisodeBatch(PlaysTask):
         return self._task
 
     def change(self, **fields: Any) -> None:
-        """Give `scenario`, `reward` or `slew_limit` another value; see `PlaysTask.change`."""
+        """Give what is CHANGEABLE of the task another value; see `PlaysTask.change`."""
         check_changeable(fields)
         task, law = replace(self._task, **fields), self._task.scenario.friction.law
         if task.scenario.friction.law != law:
             allowed = f"{law!r}, that of the episodes under way; make an environment for another"
             raise refuse("DrillRig", "law of the scenario's friction", repr(task.scenario.friction.law), "", allowed)
+        if task.delays[1] > (longest := max(0, self._past.shape[1] - 1)):
+            allowed = f"0 to {longest}, that of the environment; make one for longer delays"
+            raise refuse("DrillRig", "delay", task.delays[1], "control steps", allowed)
         if self.critic is not None:
             self.critic.check(task.scenario)
         bank, places = self._bank.moved(task, self.episodes["rig"][~self.ended])
         self._move(bank, places)
-        self._task = task
-        self._write_settings()
+        self._play(task)
 
     @property
     def bank(self) -> RigBank:
@@ -259,7 +261,7 @@ class EpisodeBatch(PlaysTask):
 
     def set_state(self, state: EnvironmentState) -> None:
         """Go on from a state, of any form. Raises `ValueError` for one of another task, length or number of rigs."""
-        state.check(self._task, self._steps, self.episodes)
+        state.check(self._task, self._steps, self.episodes, self._past)
         if self.critic is not None:
             self.critic.check(state.task.scenario)
         changed = state.task is not self._task
@@ -269,9 +271,8 @@ class EpisodeBatch(PlaysTask):
         self._order_by_rig()
         self._past[:] = state.past
         self.observations = state.observations.copy()
-        if changed:  # scenario, reward and slew limit may differ
-            self._task = state.task
-            self._write_settings()
+        if changed:  # what is CHANGEABLE may differ
+            self._play(state.task)
         self._show()
 
     @property
@@ -310,6 +311,12 @@ class EpisodeBatch(PlaysTask):
         """Step the episodes of each rig one after the other."""
         if len(self._bank.rigs) > 1:
             self._order[:] = np.argsort(self.episodes["rig"])
+
+    def _play(self, task: Task) -> None:
+        """Play another task from now on, for which the arrays are made; whoever steps has them."""
+        self._task = task
+        self._layout[:] = self.sensors.layout(self.noise)
+        self._write_settings()
 
     def _write_settings(self) -> None:
         """Write the numbers that the kernels need into the array that they already have."""

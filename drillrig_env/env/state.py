@@ -18,7 +18,7 @@ class EnvironmentState:
     """What `get_state` gives and `set_state` takes: a copy, which no step changes. It can be pickled.
 
     From it an environment of the same form and task goes on bit for bit, noise, delays and coming draws included.
-    Scenario, reward and slew limit are those of the state again.
+    Scenario, reward, slew limit, noise and delay are those of the state again.
     """
 
     form: str  # what it is a state of: a class, and its way to begin episodes
@@ -30,7 +30,7 @@ class EnvironmentState:
     own: Mapping[str, Any] = field(default_factory=dict)  # what only this form has: generators, sums of rewards
     guests: tuple[Rig, ...] = ()  # rigs beyond the scenario's
 
-    def check(self, task: Task, steps: int, episodes: np.ndarray) -> None:
+    def check(self, task: Task, steps: int, episodes: np.ndarray, past: npt.NDArray[np.float32]) -> None:
         """Raise `ValueError` where this is no state of such an environment, with what differs."""
         for name in TASK_FIELDS if self.task is not task else ():
             was, now = getattr(self.task, name), getattr(task, name)
@@ -43,6 +43,11 @@ class EnvironmentState:
         if len(self.episodes) != len(episodes):
             raise ValueError(
                 f"set_state: a state of {len(self.episodes)} rigs is not allowed; allowed: {len(episodes)}"
+            )
+        if self.past.shape[1] != past.shape[1]:
+            late, allowed = (max(0, one.shape[1] - 1) for one in (self.past, past))
+            raise ValueError(
+                f"set_state: a state of delays up to {late} control steps is not allowed; allowed: up to {allowed}"
             )
 
 

@@ -290,5 +290,5 @@ TaskLike: TypeAlias = Task | Mapping[str, Any] | None
 TASK_FIELDS = tuple(item.name for item in fields(Task))
 """The names of the fields of a task."""
 
-CHANGEABLE = ("scenario", "reward", "slew_limit")
+CHANGEABLE = ("scenario", "reward", "slew_limit", "noise", "delay")
 """Fields that an environment can be given anew while it lives."""

@@ -71,7 +71,7 @@ def test_the_share_is_that_of_the_last_episodes():
         curriculum: ClassVar = {"stage": 0, "mitigated": [False] * 3, "began_before": [False, False, False, True]}
 
     env = make_sb3(4, seed=0)
-    callback = Curriculum(Stages.of({"scenarios": [EASY, HARDER], "share": 0.5, "episodes": 4}), "wide")
+    callback = Curriculum(Stages.of({"scenarios": [EASY, HARDER], "share": 0.5, "episodes": 4}), {"scenario": "wide"})
     callback.model = Model()
     callback.model.get_env = lambda: env
     callback.model.logger = type("Logger", (), {"record": staticmethod(lambda *_: None)})
@@ -91,6 +91,28 @@ def test_the_share_is_that_of_the_last_episodes():
         callback.model.curriculum["mitigated"] = [True] * 4
         callback._on_rollout_start()
     assert (callback.stage, env.scenario) == (2, Scenario.named("wide"))
+
+
+def test_noise_and_delay_grow_with_the_scenarios(tmp_path, monkeypatch):
+    seen = []
+    before = Curriculum._on_rollout_start
+
+    def tell(self):
+        before(self)
+        batch = batch_of(self.training_env)
+        seen.append((batch.scenario.normal_force, batch.noise, batch.delay, set(batch.core.episodes["delay"].tolist())))
+
+    monkeypatch.setattr(Curriculum, "_on_rollout_start", tell)
+    own = {"duration": 3.0, "scenario": "default", "sensors": "surface", "noise": 2.0, "delay": (2, 3)}
+    train(training(tmp_path / "run", {**STAGES, "noise": [0.0, 1.0], "delay": [0, [1, 1]]}, env_kwargs=own))
+    assert list(dict.fromkeys(one[:3] for one in seen)) == [
+        ((1.0, 2.0), 0.0, (0, 0)),
+        ((2.0, 3.0), 1.0, (1, 1)),
+        ((5.0, 30.0), 2.0, (2, 3)),
+    ]
+    assert seen[0][3] == {0}  # of the episodes themselves
+    assert {1} in [one[3] for one in seen]
+    assert seen[-1][3] <= {2, 3}
 
 
 def test_a_training_that_is_resumed_is_as_far(tmp_path, told, monkeypatch):
@@ -119,7 +141,13 @@ def test_a_training_that_is_resumed_is_as_far(tmp_path, told, monkeypatch):
 def test_config_has_it_as_plain_values_in_the_rigs_scales(tmp_path):
     config = checked_config(training(tmp_path / "run", {"scenarios": ["nominal", EASY], "share": 0.7}))
     found = config["hyperparameters"]["curriculum"]
-    assert json.loads(json.dumps(found)) == {"scenarios": ["nominal", EASY], "share": 0.7, "episodes": 200}
+    assert json.loads(json.dumps(found)) == {
+        "scenarios": ["nominal", EASY],
+        "noise": [],
+        "delay": [],
+        "share": 0.7,
+        "episodes": 200,
+    }
     field = checked_config(training(tmp_path / "run", {"scenarios": [EASY]}, env_kwargs={"rig": "field_2500m"}))
     force = field["hyperparameters"]["curriculum"]["scenarios"][0]["normal_force"]
     assert force[1] == 2.0 * force[0] > 40.0
@@ -136,6 +164,8 @@ def test_config_has_it_as_plain_values_in_the_rigs_scales(tmp_path):
         ({"scenarios": ["wide"], "share": 1.5}, "share = 1.5"),
         ({"scenarios": ["wide"], "episodes": 0}, "episodes = 0"),
         ({"scenarios": ["wide"], "stage": 0}, "unknown key stage"),
+        ({"scenarios": ["wide"], "noise": [0.0, 1.0]}, "length of noise = 2 is not allowed; allowed: 1, one for each"),
+        ({"scenarios": ["wide"], "delay": 1}, "delay: 1 is not allowed; allowed: a list of delays"),
         (["wide"], "curriculum = .* is not allowed"),
     ],
 )
@@ -144,7 +174,15 @@ def test_impossible_stages_are_refused(given, words):
         hyperparameters("ppo", "DrillRig-v0", {"curriculum": given})
 
 
-def test_a_scenario_that_the_environment_cannot_have_is_refused_before_anything_is_written(tmp_path):
-    with pytest.raises(ValueError, match="speed_target"):
-        train(training(tmp_path / "run", {"scenarios": [{"speed_target": [20.0, 30.0]}]}))
+@pytest.mark.parametrize(
+    ("stages", "words"),
+    [
+        ({"scenarios": [{"speed_target": [20.0, 30.0]}]}, "speed_target"),
+        ({"scenarios": ["wide"], "noise": [-1.0]}, "noise = -1.0 is not allowed"),
+        ({"scenarios": ["wide"], "delay": [1]}, "delay = 1 control steps is not allowed; allowed: 0 to 0, that of the"),
+    ],
+)
+def test_a_stage_that_the_environment_cannot_have_is_refused_before_anything_is_written(tmp_path, stages, words):
+    with pytest.raises(ValueError, match=words):
+        train(training(tmp_path / "run", stages))
     assert not (tmp_path / "run").exists()

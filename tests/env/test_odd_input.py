@@ -80,7 +80,9 @@ def test_options_for_another_number_of_rigs(options):
 @pytest.mark.parametrize("name", ["core", "num_envs", "render_mode", "observation_space"])
 def test_attributes_that_are_no_part_of_the_task(name):
     for env in (FORMS["vector"](), FORMS["sb3"]()):
-        with pytest.raises(AttributeError, match=f"{name} cannot be changed; scenario, reward and slew_limit"):
+        with pytest.raises(
+            AttributeError, match=f"{name} cannot be changed; scenario, reward, slew_limit, noise and delay"
+        ):
             env.set_attr(name, 3)
 
 

@@ -14,12 +14,12 @@ UP, UP_TWO = np.ones(1, np.float32), np.ones((2, 1), np.float32)
 FORCED = {"normal_force": (17.0, 17.0), "load_step": 0.0}
 
 
-def made():
+def made(**given):
     """Every form, with a way to set an attribute of it."""
-    single, wrapped = gym.make("DrillRig-v0").unwrapped, gym.make("DrillRig-v0")
-    vector, training = gym.make_vec("DrillRig-v0", num_envs=2), drillrig_env.make_sb3(2, seed=0)
-    sync = gym.make_vec("DrillRig-v0", num_envs=2, vectorization_mode="sync")
-    dummy = DummyVecEnv([lambda: gym.make("DrillRig-v0")] * 2)
+    single, wrapped = gym.make("DrillRig-v0", **given).unwrapped, gym.make("DrillRig-v0", **given)
+    vector, training = gym.make_vec("DrillRig-v0", num_envs=2, **given), drillrig_env.make_sb3(2, seed=0, **given)
+    sync = gym.make_vec("DrillRig-v0", num_envs=2, vectorization_mode="sync", **given)
+    dummy = DummyVecEnv([lambda: gym.make("DrillRig-v0", **given)] * 2)
     return {
         "attribute": (single, lambda name, value: setattr(single, name, value)),
         "wrapper": (wrapped, wrapped.set_wrapper_attr),
@@ -90,6 +90,32 @@ def test_scenario_holds_from_the_next_episode_on(how):
     assert force(env) == 17.0
 
 
+@pytest.mark.parametrize("how", HOW)
+def test_noise_holds_from_the_next_observation_on(how):
+    env, give = made(sensors="surface", noise=0.0, delay=0)[how]
+    begin(env)
+    give("noise", {"current": 5.0})
+    seen = env.step(UP if isinstance(env, gym.Env) else UP_TWO)[0]
+    core = core_of(env)
+    shown = core.sensors.values(np.atleast_2d(seen)[0])
+    assert abs(shown["current"] - core.episodes["state"][0, 5]) > 0.1
+    assert shown["top_speed"] == pytest.approx(core.episodes["state"][0, 4], abs=1e-6)
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_a_delay_holds_from_the_next_episode_on_and_is_no_longer_than_it_was_made_for(how):
+    env, give = made(sensors="surface", delay=3)[how]
+    begin(env)
+    give("delay", (1, 1))
+    step(env)
+    assert core_of(env).episodes["delay"][0] == 3
+    begin(env)
+    assert core_of(env).episodes["delay"][0] == 1
+    with pytest.raises(ValueError, match="delay = 4 control steps is not allowed; allowed: 0 to 3, that of the"):
+        give("delay", 4)
+    assert core_of(env).delay == (1, 1)
+
+
 def test_a_scenario_holds_for_automatic_resets_too():
     for env in (
         gym.make_vec("DrillRig-v0", num_envs=2, duration=0.2),
@@ -106,7 +132,9 @@ def test_a_scenario_holds_for_automatic_resets_too():
 @pytest.mark.parametrize("name", [name for name in TASK_FIELDS if name not in CHANGEABLE])
 def test_what_an_environment_is_made_for_cannot_be_set(how, name):
     _, give = made()[how]
-    with pytest.raises(AttributeError, match=f"{name} cannot be changed.*make a new one; scenario, reward and slew"):
+    with pytest.raises(
+        AttributeError, match=f"{name} cannot be changed.*make a new one; scenario, reward, slew_limit, noise and"
+    ):
         give(name, None)
 
 
@@ -115,7 +143,7 @@ def test_what_an_environment_is_made_for_cannot_be_set(how, name):
 def test_what_an_environment_is_made_of_cannot_be_set(how, name):
     env, give = made()[how]
     begin(env)
-    with pytest.raises(AttributeError, match=f"set_attr: {name} cannot be changed; scenario, reward and"):
+    with pytest.raises(AttributeError, match=f"set_attr: {name} cannot be changed; scenario, reward, slew_limit,"):
         give(name, 1)
     step(env)
 
