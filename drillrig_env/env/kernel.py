@@ -120,6 +120,7 @@ def _step(
         s.deviation,
         s.absolute,
         s.phases,
+        s.tracking_swing,
     )
     episode.terms[0], episode.terms[1], episode.terms[2] = variance, tracking, effort
     episode.reward = variance + tracking + effort
@@ -148,7 +149,7 @@ def _hold(episode: Record, s: Record, plant: Record, ladders: Records, work: Rec
     contact.speed_reference = episode.speed_reference
     top_speed, error_integral = x[4], x[6]
     from_equilibrium(x, contact, ladder, y)
-    contact.tilt = s.tilt
+    contact.tilt = s.tilt if episode.turns > 0 else 0.0
     if s.tilt > 0.0:
         twists = y[0] + y[1] - y[6]
         contact.turns, contact.period = episode.turns, s.control_period

@@ -141,8 +141,9 @@ def show_episodes(
         episode = episodes[n]
         measure(episode, layout, values, shown[n])
         angle = episode.turns * episode.state[7] + settings[0].tilt_phase
+        tilted = 1.0 if episode.turns > 0 else 0.0
         pressing = (episode.normal_force, episode.mu_s, episode.mu_k, episode.v_b)
-        numbers = (*pressing, float(episode.delay), cos(angle), sin(angle), episode.turns)
+        numbers = (*pressing, float(episode.delay), tilted * cos(angle), tilted * sin(angle), episode.turns)
         for i in range(drawn.shape[0]):
             scaled = (numbers[i] - drawn[i, 0]) / drawn[i, 1]
             shown[n, first + i] = min(max(scaled, -LIMIT), LIMIT)

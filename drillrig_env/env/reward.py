@@ -16,11 +16,12 @@ stands,
     s = min(1, |m| / 0.3 omega*)
     d = s min(sqrt(V) / max(|m|, 0.3 omega*), 1.5) + (1 - s) 1.5
     e = s min(|m - omega*| / omega*, 2) + (1 - s) 2
-    calm = 1 / (1 + (d / 0.07)^2),   on = 1 / (1 + (e / 0.05)^2)
-    reward = - w_V (1 - calm + d / 2) - w_m (1 - calm on + e / 10) - w_a a^2.
+    calm = 1 / (1 + (d / 0.07)^2),   on = 1 / (1 + (e / 0.05)^2) / (1 + (d / d_m)^2),   d_m = 0.07
+    reward = - w_V (1 - calm + d / 2) - w_m (1 - on + e / 10) - w_a a^2.
 
-While the bit shakes, the product calm on is small wherever the mean lies, so that nothing is lost by a detour over
-high speed; once it is calm, the way down to the target pays. Nothing scores less than standing still.
+While the bit shakes, `on` is small wherever the mean lies, so that nothing is lost by a detour over high speed; once it
+is calm, the way down to the target pays. Nothing scores less than standing still. A bit that is never quite calm, such
+as one on a tilted disc, is paid for being on target with a larger d_m, `tracking_swing`.
 
 Terms of the user's own (`own`, see `drillrig_env.env.reward_terms`) are added to either, or stand alone.
 """
@@ -33,6 +34,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from drillrig_env.allowed import Allowed, Choice, Made
+from drillrig_env.env.reward_kernel import CALM_SWING
 from drillrig_env.env.reward_terms import RewardTerms
 from drillrig_env.modules import is_place
 from drillrig_env.parameters import check_fields, parameter, refuse
@@ -65,6 +67,11 @@ class Reward:
         2.5, "s", "of the running mean and variance: about one stick-slip period", allowed=Allowed(1e-12, 1e12)
     )
     form: str = parameter("sum", meaning="the terms as a sum, or in phases: first calm, then on target", allowed=_FORM)
+    tracking_swing: float = parameter(
+        CALM_SWING,
+        meaning="d_m, in phases: the swing at which being on target counts half",
+        allowed=Allowed(0.0, 10.0, low_open=True),
+    )
     own: RewardTerms | None = parameter(
         None,
         meaning="terms of the user's own, added to these",
@@ -77,6 +84,8 @@ class Reward:
         for name in ("variance_shape", "tracking_shape"):
             if self.form == "phases" and getattr(self, name) != "square":
                 raise refuse("Reward", name, getattr(self, name), "", 'none beside form = "phases", which has its own')
+        if self.form != "phases" and self.tracking_swing != CALM_SWING:
+            raise refuse("Reward", "tracking_swing", self.tracking_swing, "", f'{CALM_SWING}, but for form = "phases"')
 
     @classmethod
     def of(cls, reward: RewardLike, time: float = 1.0) -> Reward:

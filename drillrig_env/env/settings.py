@@ -35,6 +35,7 @@ SETTINGS = np.dtype(
         ("deviation", "b1"),  # shape of the variance term
         ("absolute", "b1"),  # shape of the tracking term
         ("phases", "b1"),  # whether the terms are those in phases
+        ("tracking_swing", "f8"),  # the swing at which being on target counts half there
         ("own_terms", "i8"),  # how many compiled terms of the user's own there are, and where their code is
         ("address", "i8"),
         ("kept", "f8"),  # what is left of the wandering logarithms after a control step
@@ -73,6 +74,7 @@ def write_settings(settings: np.ndarray, task: Task, steps: int, window_start: i
         "deviation": reward.variance_shape == "absolute",
         "absolute": reward.tracking_shape == "absolute",
         "phases": reward.form == "phases",
+        "tracking_swing": reward.tracking_swing,
         "own_terms": len(own.names) if own is not None and own.compiled else 0,
         "address": address_of(own) if own is not None and own.compiled else 0,
         "kept": kept,

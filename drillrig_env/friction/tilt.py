@@ -12,7 +12,7 @@ from drillrig_env.arrays import Quantity
 from drillrig_env.parameters import check_fields, checked, parameter, refuse
 from drillrig_env.toml import record_of
 
-_TURNS = Allowed(1, 64, whole=True)
+_TURNS = Allowed(0, 64, whole=True)
 
 
 def _read_turns(turns: Any) -> tuple[int, ...]:
@@ -27,8 +27,8 @@ def _read_turns(turns: Any) -> tuple[int, ...]:
 class Tilt:
     """N_1(theta_1) = N_1 (1 + a cos(m theta_1 + phi)), with theta_1 the angle of disc 1.
 
-    Of several numbers m each episode of an environment draws one, and the angle at which it begins. Raises
-    `ValueError` for a value that is not allowed.
+    Of several numbers m each episode of an environment draws one, and the angle at which it begins; where m is 0 the
+    disc turns true, and the force is N_1. Raises `ValueError` for a value that is not allowed.
 
     >>> from drillrig_env import Tilt, simulate
     >>> run = simulate(speed_reference=3.0, duration=10.0, tilt=Tilt(0.1, 2))
@@ -38,7 +38,10 @@ class Tilt:
 
     share: float = parameter(0.1, "", "a: how far the force varies, as a share of it", allowed=SHARE)
     turns: tuple[int, ...] = parameter(
-        (1,), "", "m: how often a turn of the disc", allowed=Made(_read_turns, f"{_TURNS}; one, or several")
+        (1,),
+        "",
+        "m: how often a turn of the disc; 0: not at all",
+        allowed=Made(_read_turns, f"{_TURNS}; one, or several"),
     )
     phase: float = parameter(0.0, "rad", "phi")
 
@@ -58,12 +61,13 @@ class Tilt:
 
     def factor(self, angle: Quantity) -> Quantity:
         """By which the disc presses more than N_1 at an angle theta_1 (rad); for one number m."""
-        return np.asarray(1.0 + self.share * np.cos(self.turns[0] * np.asarray(angle) + self.phase))
+        share = self.share if self.turns[0] else 0.0
+        return np.asarray(1.0 + share * np.cos(self.turns[0] * np.asarray(angle) + self.phase))
 
     def put_on(self, contacts: np.ndarray, angle: float) -> None:
         """Tilt the disc of some records of CONTACT, with theta_1 = `angle` (rad) at the start; for one number m.
 
         `contacts` are changed in place.
         """
-        contacts["tilt"], contacts["turns"] = self.share, self.turns[0]
+        contacts["tilt"], contacts["turns"] = self.share if self.turns[0] else 0.0, self.turns[0]
         contacts["angle"] = self.turns[0] * angle + self.phase

@@ -1,5 +1,6 @@
 """The reward's formula and its running statistics, with numbers worked out by hand."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -11,11 +12,11 @@ plain, update = (getattr(kernel, "py_func", kernel) for kernel in (reward_terms,
 
 def terms(*given):
     """The terms as a sum: not in phases."""
-    return plain(*given, False)
+    return plain(*given, False, 0.07)
 
 
-def in_phases(mean, variance, target=2.0, action=0.0, weights=(1.0, 1.0, 1.0)):
-    return plain(mean, variance, target, action, *weights, False, False, True)
+def in_phases(mean, variance, target=2.0, action=0.0, weights=(1.0, 1.0, 1.0), tracking_swing=0.07):
+    return plain(mean, variance, target, action, *weights, False, False, True, tracking_swing)
 
 
 def test_terms_by_hand():
@@ -44,6 +45,24 @@ def test_phases_by_hand():
     calm, on = 1.0 / (1.0 + (swing / 0.07) ** 2), 1.0 / (1.0 + (error / 0.05) ** 2)
     found = in_phases(slow, (0.2 * 0.3 * target) ** 2, target)
     assert found == pytest.approx((-(1.0 - calm + swing / 2.0), -(1.0 - calm * on + error / 10.0), 0.0))
+
+
+def test_in_phases_being_on_target_may_count_while_the_bit_still_shakes():
+    """At a swing of 0.2 half of it counts where the tracking swing is that; what calm is worth stays."""
+    target, mean = 2.0, 2.1
+    shaking, off, _ = in_phases(mean, (0.2 * mean) ** 2, target, tracking_swing=0.2)
+    assert off == pytest.approx(-(1.0 - 0.5 * 0.5 + 0.05 / 10.0))
+    assert shaking == in_phases(mean, (0.2 * mean) ** 2, target)[0]
+    env = gym.make("DrillRig-v0", reward=Reward(0.1, 0.2, 0.003, form="phases", tracking_swing=10.0))
+    env.reset(seed=0, options={"start": "stick_slip", "normal_force": 20.0, "speed_target": 1.5})
+    _, _, _, _, info = env.step(np.zeros(1, np.float32))
+    strict = gym.make("DrillRig-v0", reward="phases")
+    strict.reset(seed=0, options={"start": "stick_slip", "normal_force": 20.0, "speed_target": 1.5})
+    _, _, _, _, other = strict.step(np.zeros(1, np.float32))
+    assert info["reward_tracking"] > other["reward_tracking"]
+    assert info["reward_variance"] == other["reward_variance"]
+    with pytest.raises(ValueError, match=r"tracking_swing = 0\.2 is not allowed; allowed: 0\.07, but for form"):
+        Reward(tracking_swing=0.2)
 
 
 def test_in_phases_nothing_scores_less_than_standing_still():

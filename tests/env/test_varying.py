@@ -72,6 +72,28 @@ def test_an_episode_on_a_tilted_disc_is_the_simulation_from_its_angle(turns):
     np.testing.assert_allclose(travelled[-1] - travelled[0], np.trapezoid(fine.bit_speed, fine.time), atol=1e-4)
 
 
+def test_a_disc_that_does_not_turn_out_of_its_plane_turns_true():
+    plain, true = (simulate(speed_reference=3.0, duration=20.0, tilt=tilt) for tilt in (None, Tilt(0.3, 0)))
+    assert np.array_equal(plain.state, true.state)
+    assert np.array_equal(true.normal_force, plain.normal_force)
+    assert Tilt(0.3, 0).factor(1.0) == 1.0
+    cores = [EpisodeBatch(64, scenario={"tilt": tilt}, privileged=True) for tilt in (None, Tilt(0.3, (0, 2)))]
+    for core in cores:
+        core.reset(np.arange(64), first_uniforms(0, 64))
+        for _ in range(50):
+            core.step(np.zeros((64, 1), np.float32))
+    plain, other = cores
+    still = other.episodes["turns"] == 0
+    assert 16 < still.sum() < 48
+    same = (plain.episodes["state"][:, :7] == other.episodes["state"][:, :7]).all(axis=1)
+    assert same[still].all()
+    assert same[~still].mean() < 0.5  # a bit that stands does not mind
+    names = [channel.name for channel in other.critic.channels]
+    shown = other.seen["privileged"][:, [names.index("tilt_cosine"), names.index("tilt_sine")]]
+    assert not shown[still].any()
+    assert shown[~still].any(axis=1).all()
+
+
 def test_numbers_of_turns_and_angles_are_drawn_evenly():
     core = EpisodeBatch(3000, scenario={"tilt": {"turns": (1, 2, 5)}, "stick_slip": 0.0})
     core.reset(np.arange(3000), first_uniforms(0, 3000))
