@@ -21,6 +21,7 @@ BESIDE = {
     "lqg": "`lqg`",
     "baselines/for_fleets.py:LQGOfFleet": "`lqg`, tuned on a fleet",
     "baselines/told.py:LQGOfRig": "`LQGOfRig`, told rig and law *",
+    "baselines/lqr_on_ensemble.py:LQROnEnsemble": "`LQROnEnsemble`, told rig, law and delay *",
     "baselines/told.py:LQROfRig": "`LQROfRig`, told all, exact state *",
 }
 """Policies that are scored on the same rigs, and what a table calls them; * is told what no real rig tells."""
@@ -73,7 +74,18 @@ TRIES = (
         hyperparams={"critic_iterations": 1, "n_timesteps": _ROLLOUT},
     ),
     Try("alone", "no imitation", hyperparams={**_ALONE, "policy_kwargs": _MEMORY.format("128, log_std_init=-0.5")}),
+    Try(
+        "through_estimates",
+        "the memory learns to tell rig, friction and state; what imitates is told that; and no more",
+        hyperparams={"estimates": 1.0, "through_estimates": True, "critic_iterations": 1, "n_timesteps": _ROLLOUT},
+    ),
     Try("estimates", "the memory also learns to tell rig, friction and state", hyperparams={"estimates": 1.0}),
+    Try("observer", "what the filter of `lqg` estimates is seen as well", hyperparams={"observer": "lqg"}),
+    Try(
+        "observer_of_fleet",
+        "what the filter of `lqg`, tuned on a fleet, estimates is seen as well",
+        hyperparams={"observer": "baselines/for_fleets.py:LQGOfFleet"},
+    ),
     Try("untold", "a critic that sees what the policy sees", hyperparams={"critic_told": False}),
     Try(
         "on_target",
@@ -92,8 +104,15 @@ TRIES = (
     ),
     Try(
         "curriculum",
-        "first rigs within a factor of 1.3",
-        hyperparams={"curriculum": {"scenarios": [{"rigs": {"spread": _EASY, "count": 512}}], "share": 0.75}},
+        "first rigs within a factor of 1.3, seen with a third of the noise and one step late",
+        hyperparams={
+            "curriculum": {
+                "scenarios": [{"rigs": {"spread": _EASY, "count": 512}}],
+                "noise": [0.33],
+                "delay": [1],
+                "share": 0.75,
+            }
+        },
     ),
 )
 """The tries, in order of what they tell."""

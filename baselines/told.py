@@ -15,11 +15,10 @@ from baselines.jump_ease import Course, JumpEase
 from baselines.jump_ease_estimated import JumpEaseEstimated
 from baselines.lqg import LQG
 from baselines.lqr import LQR
-from baselines.lqr_on_ensemble import LQROnEnsemble
 from drillrig_env.arrays import FloatArray
 from drillrig_env.friction import Friction
 
-__all__ = ["JumpEaseOfBit", "JumpEaseOfRig", "LQGOfRig", "LQROfRig", "LQROnEnsemble"]
+__all__ = ["JumpEaseOfBit", "JumpEaseOfRig", "LQGOfRig", "LQROfRig"]
 
 _FRICTION = ("normal_force", "mu_s", "mu_k", "v_b")
 

@@ -12,6 +12,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from agents.policy.environment import environment_arguments
 from agents.policy.frames import no_frames, push
 from agents.policy.memory import Rows, layers_of, lstm_of, rows_of
+from agents.policy.observer import ESTIMATED, Observer
 from drillrig_env.drive import Drive
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import TASK_FIELDS, Task
@@ -31,8 +32,8 @@ Memory = tuple[np.ndarray, ...] | None
 class Agent(AtHome):
     """A trained model with Stable-Baselines3's `predict`, for observations of one step at a time.
 
-    `config` is that of the run: see `agents.policy.run_folder`. A frame stack and a recurrent network's state
-    travel in `predict`'s state, so that one agent may meet any number of rigs.
+    `config` is that of the run: see `agents.policy.run_folder`. A frame stack, a recurrent network's state and what an
+    observer remembers travel in `predict`'s state, so that one agent may meet any number of rigs.
     """
 
     def __init__(self, model: BaseAlgorithm, config: Mapping[str, Any]) -> None:
@@ -40,6 +41,8 @@ class Agent(AtHome):
         self.frames = int(config["hyperparameters"].get("frame_stack", 1))
         of_task = {name: value for name, value in self.environment.items() if name in TASK_FIELDS}
         self._task = Task.of(of_task)  # in which it was trained
+        name = config["hyperparameters"].get("observer")
+        self.observer = None if name is None else Observer(name, self._task)
         self._acting = self.slew_limit  # what its action 1 stands for now, rad/s^2
         self._scales: Scales | None = None  # of the rig that it acts on; None for its own
 
@@ -123,6 +126,10 @@ class Agent(AtHome):
 
         On a rig with other `scales` than its own, these are larger as all rates are.
         """
+        if self.observer is not None and scales not in (None, self._task.scales):
+            raise ValueError(
+                f"{self.known_as or 'the agent'} looks through a filter of its own rig, and acts on no other"
+            )
         agent = type(self)(self.model, self.config)
         agent.known_as, agent._acting = self.known_as, slew_limit
         agent._scales = None if scales == self._task.scales else scales
@@ -149,10 +156,19 @@ class Agent(AtHome):
         observation = observations_of(name, self.sensors.names, observation)
         rigs = 1 if observation.ndim == 1 else len(observation)
         if self.frames > 1:
-            check_state(name, (rigs, self.frames * observation.shape[-1]), state)
+            channels = observation.shape[-1] + (0 if self.observer is None else len(ESTIMATED))
+            check_state(name, (rigs, self.frames * channels), state)
         elif (lstm := lstm_of(self.model)) is not None:
             check_state(name, (rigs, lstm.num_layers * lstm.hidden_size), state)
-        actions, memory = self._act(observation, state, flags_of(name, rigs, episode_start), deterministic)
+        flags = flags_of(name, rigs, episode_start)
+        if self.observer is None:
+            actions, memory = self._act(observation, state, flags, deterministic)
+        else:
+            remembered = None if state is None else state[-1]
+            rows, remembered = self.observer.look(np.atleast_2d(observation), remembered, flags)
+            shown = rows.reshape(*observation.shape[:-1], -1)
+            actions, memory = self._act(shown, None if state is None else state[:-1] or None, flags, deterministic)
+            memory = (*(memory or ()), remembered)
         rate = self.slew_limit * self._elsewhere / self._acting
         return (actions if rate == 1.0 else np.clip(rate * actions, -1.0, 1.0)), memory
 

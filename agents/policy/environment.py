@@ -12,6 +12,7 @@ import numpy as np
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 import drillrig_env
+from agents.policy.observer import ShowsEstimates
 from drillrig_env.drive import Drive
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
@@ -87,11 +88,18 @@ def check_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
 
 
 def make_environment(
-    env_id: str, n_envs: int, seed: int, env_kwargs: Mapping[str, Any], frame_stack: int = 1, told: bool = False
+    env_id: str,
+    n_envs: int,
+    seed: int,
+    env_kwargs: Mapping[str, Any],
+    frame_stack: int = 1,
+    told: bool = False,
+    observer: str | None = None,
 ) -> VecEnv:
     """`n_envs` rigs with the seeds `seed`, `seed` + 1, ...; an observation holds the last `frame_stack` steps.
 
-    Where `told`, it has at hand what a critic is told (`agents.recurrent.told`).
+    Where `told`, it has at hand what a critic is told (`agents.recurrent.told`). With an `observer`, a policy such as
+    `lqg`, an observation has its estimates as well (`agents.policy.observer`).
 
     Raises `ValueError` for an unknown or impossible argument.
     """
@@ -102,6 +110,8 @@ def make_environment(
         env: VecEnv = ShowsPolicy(drillrig_env.make_sb3(n_envs, seed=seed, env_id=env_id, **arguments, privileged=True))
     else:
         env = drillrig_env.make_sb3(n_envs, seed=seed, env_id=env_id, **arguments)
+    if observer is not None:
+        env = ShowsEstimates(env, observer, batch_of(env).core.task)
     return VecFrameStack(env, frame_stack) if frame_stack > 1 else env
 
 

@@ -21,6 +21,7 @@ from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.policy.environment import environment_arguments
+from agents.policy.observer import ESTIMATED
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class, hyperparameters
 from drillrig_env.env.sensors import LIMIT, Sensors
 
@@ -71,7 +72,8 @@ def untrained_model(config: Mapping[str, Any]) -> BaseAlgorithm:
     made: Any = algorithm_class(config["algorithm"])
     model: BaseAlgorithm = made(env=None, device="cpu", _init_setup_model=False, **algorithm_arguments(chosen))
     sensors = Sensors.named(environment_arguments(config["env_id"], config["env_kwargs"])["sensors"])
-    width = len(sensors.channels) * int(chosen.get("frame_stack", 1))
+    estimated = len(ESTIMATED) if chosen.get("observer") else 0
+    width = (estimated + len(sensors.channels)) * int(chosen.get("frame_stack", 1))
     model.observation_space = spaces.Box(-LIMIT, LIMIT, (width,), np.float32)
     model.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
     model.n_envs = chosen["n_envs"]

@@ -34,10 +34,11 @@ class AsymmetricPPO(RecurrentPPO):
     """Recurrent PPO over whole sequences, with a critic that is told everything.
 
     `n_steps` is the length of a sequence and must divide an episode's; `batch_size` counts control steps, and is made
-    of whole sequences. `critic_arch` are the widths of the critic's hidden layers; not `critic_told`, it sees what the
-    policy sees at the moment. With the weight `estimates` the
-    memory also learns to tell what the critic is told, as far as it can be told from what was seen. The environment is
-    one of `agents.recurrent.told.ShowsPolicy`. Other arguments as those of `RecurrentPPO`; `policy_kwargs` should have
+    of whole sequences. `critic_arch` are the widths of the critic's hidden layers; not `critic_told`, it sees what is
+    measured at the moment. With the weight `estimates` the memory also learns to tell what the critic is told, as far
+    as it can be told from what was seen; with `through_estimates` it learns nothing else by imitation, and the layers
+    behind it take what it tells for true (`agents.recurrent.through_estimates`). The environment is one of
+    `agents.recurrent.told.ShowsPolicy`. Other arguments as those of `RecurrentPPO`; `policy_kwargs` should have
     `enable_critic_lstm=False`, since the policy's own critic is not used.
     """
 
@@ -58,6 +59,7 @@ class AsymmetricPPO(RecurrentPPO):
         critic_arch: Any = (128, 128),
         critic_told: bool = True,
         estimates: float = 0.0,
+        through_estimates: bool = False,
         stats_window_size: int = 100,
         tensorboard_log: str | None = None,
         policy_kwargs: dict[str, Any] | None = None,
@@ -87,7 +89,10 @@ class AsymmetricPPO(RecurrentPPO):
             device=device,
             _init_setup_model=False,
         )
-        self.critic_arch, self.critic_told, self.estimates = tuple(critic_arch), critic_told, estimates
+        if through_estimates and not estimates:
+            raise refuse("AsymmetricPPO", "estimates", estimates, "", "> 0 with through_estimates")
+        self.critic_arch, self.critic_told = tuple(critic_arch), critic_told
+        self.estimates, self.through_estimates = estimates, through_estimates
         self._last_lstm_states: Any
         self.clip_range: Any
         self.batch_size: int
@@ -106,14 +111,17 @@ class AsymmetricPPO(RecurrentPPO):
         if not self.told_channels:
             return
         assert self.observation_space.shape is not None
-        width = self.observation_space.shape[0]
-        widths = (self.told_channels if self.critic_told else width, *self.critic_arch)
+        assert self.env is not None
+        self.measured_channels = len(batch_of(self.env).core.sensors.channels)
+        widths = (self.told_channels if self.critic_told else self.measured_channels, *self.critic_arch)
         hidden = [layer for a, b in pairwise(widths) for layer in (nn.Linear(a, b), nn.ReLU())]
         self.critic = nn.Sequential(*hidden, nn.Linear(widths[-1], 1)).to(self.device)
         self.estimator = nn.Linear(lstm.hidden_size, self.told_channels).to(self.device)
         self.policy.optimizer.add_param_group({"params": self.estimator.parameters()})
         self.critic_optimizer = torch.optim.Adam(self.critic.parameters(), lr=self.lr_schedule(1.0), eps=1e-5)
-        self.rollout_buffer: Any = Sequences(self.n_steps, self.n_envs, width, self.told_channels, self.device)
+        self.rollout_buffer: Any = Sequences(
+            self.n_steps, self.n_envs, self.observation_space.shape[0], self.told_channels, self.device
+        )
 
     def _setup_learn(self, *given: Any, **others: Any) -> Any:
         assert self.env is not None
@@ -220,8 +228,7 @@ class AsymmetricPPO(RecurrentPPO):
 
     def _values(self, told: torch.Tensor) -> torch.Tensor:
         if not self.critic_told:
-            assert self.observation_space.shape is not None
-            told = told[..., -self.observation_space.shape[0] :]  # the policy's part comes last
+            told = told[..., -self.measured_channels :]  # the policy's part comes last
         return self.critic(told).squeeze(-1) * (_WORTH / (1.0 - self.gamma))  # type: ignore[no-any-return]
 
     def _step_critic(self, rollout: Sequences, rigs: torch.Tensor) -> None:

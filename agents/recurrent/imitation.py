@@ -14,6 +14,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from agents.policy.environment import batch_of
 from agents.recurrent.asymmetric import AsymmetricPPO
+from agents.recurrent.through_estimates import ToldActor
 from agents.recurrent.told import told_of
 from agents.training.imitation import Imitation, Teacher, imitation_cost, share_of_student
 
@@ -30,10 +31,13 @@ def imitate_episodes(
     is called with the steps so far, several times a second; what it raises ends it.
     """
     core = batch_of(env).core
+    channels = len(core.sensors.channels)  # behind what an observer estimates
     teacher = Teacher(how, core)
     random = np.random.default_rng(seed)
     policy = model.policy
+    told_actor = ToldActor(model) if model.through_estimates else None
     learning = [*policy.parameters(), *model.estimator.parameters()]
+    learning += [] if told_actor is None else [*told_actor.first.parameters()]
     optimiser = torch.optim.Adam(learning, lr=how.learning_rate)
     episodes: list[Episodes] = []
 
@@ -55,11 +59,14 @@ def imitate_episodes(
                 optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
             given, state, hidden = model.acts(seen, model.no_memory(seen.shape[1]) if begins else state)
             state = state[0].detach(), state[1].detach()
+            given = given if told_actor is None else told_actor(so)
             cost = imitation_cost(given, wanted) + model.cost_of_estimates(hidden, so)
             optimiser.zero_grad()
             cost.backward()  # type: ignore[no-untyped-call]
             torch.nn.utils.clip_grad_norm_(learning, 1.0)
             optimiser.step()
+        if told_actor is not None:
+            told_actor.settle()
 
     for number in range(how.rounds):
         student = random.random(env.num_envs) < share_of_student(how, number)
@@ -72,7 +79,7 @@ def imitate_episodes(
         for step in range(core.steps):
             told((len(episodes) * core.steps + step) * env.num_envs)
             assert isinstance(observation, np.ndarray)
-            actions = teacher.actions(observation, starts)
+            actions = teacher.actions(observation[:, -channels:], starts)
             seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
             so[step] = torch.from_numpy(told_of(env))
             with torch.no_grad():

@@ -67,6 +67,9 @@ def actor_layers(agent: Agent) -> list[torch.nn.Module]:
     """The layers from an observation to the action before clipping. `ValueError` for another kind of network."""
     model = agent.model
     policy: Any = model.policy
+    if agent.observer is not None:
+        name = agent.config["hyperparameters"]["observer"]
+        raise ValueError(f"the filter `{name}` before the network is not exported; allowed: a network alone")
     if type(model) is PPO:
         layers, extractor = [*policy.mlp_extractor.policy_net, policy.action_net], policy.features_extractor
     elif type(model) is SAC:

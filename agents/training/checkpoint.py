@@ -3,9 +3,10 @@
 A checkpoint is taken between two rollouts, when the last update is done and the next rollout has not
 begun. It holds Stable-Baselines3's own model file (networks, optimisers, step count, the last
 observations), the generators of PyTorch, NumPy and the action space, the state of the environment (every
-rig's record and generator, and the scenario) and the frame stack, SAC's replay buffer and a recurrent
-network's state. A training that goes on from there ends, bit for bit, like one that never stopped, with the
-same versions of PyTorch and NumPy on the same kind of machine; a graphics card may round otherwise each time.
+rig's record and generator, and the scenario), what an observer remembers, the frame stack, SAC's replay
+buffer and a recurrent network's state. A training that goes on from there ends, bit for bit, like one that
+never stopped, with the same versions of PyTorch and NumPy on the same kind of machine; a graphics card may
+round otherwise each time.
 (With `use_sde` it does not: the exploration noise is drawn again at the start of a rollout.)
 
 The file is written beside the old one and then put in its place, so that there is always a whole one. It
@@ -27,6 +28,7 @@ from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack
 
 from agents.policy.environment import batch_of
+from agents.policy.observer import estimates_of
 from agents.training.hyperparameters import algorithm_class
 from drillrig_env.files import read_arrays, written_whole
 
@@ -50,6 +52,8 @@ def save_checkpoint(path: Path, model: BaseAlgorithm) -> None:
     }
     if isinstance(env, VecFrameStack):
         arrays["frames"] = env.stacked_obs.stacked_obs
+    if (estimates := estimates_of(env)) is not None:
+        arrays["observer"] = np.asarray(estimates.memory)
     if model.device.type == "cuda":
         arrays["cuda"] = torch.cuda.get_rng_state(model.device).numpy()
     buffer = getattr(model, "replay_buffer", None)
@@ -75,6 +79,8 @@ def load_checkpoint(path: Path, algorithm: str, env: VecEnv, device: torch.devic
         batch_of(env).set_state(pickle.loads(arrays["environment"].tobytes()))
         if isinstance(env, VecFrameStack):
             env.stacked_obs.stacked_obs[...] = arrays["frames"]
+        if (estimates := estimates_of(env)) is not None:
+            estimates.memory = arrays["observer"]
         buffer = getattr(model, "replay_buffer", None)
         if buffer is not None:
             _fill(buffer, arrays)

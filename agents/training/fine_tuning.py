@@ -12,7 +12,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack, unwrap_vec_normalize
 
 from agents.policy.agent import Agent
-from agents.policy.environment import environment_arguments, scaled_arguments
+from agents.policy.environment import batch_of, environment_arguments, scaled_arguments
+from agents.policy.observer import ShowsEstimates, estimates_of
 from agents.policy.run_folder import find_run, load_policy, read_config
 from agents.training.hyperparameters import algorithm_arguments, algorithm_class
 from drillrig_env.drive import Drive
@@ -71,7 +72,8 @@ def _means_otherwise(agent: Agent, task: Task) -> list[str]:
 def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
     """An agent, by name or by its run's folder, as a model of Stable-Baselines3 that learns on in `env`.
 
-    `env` is what `drillrig_env.make_sb3` gives; the agent's frames are put around it where they are missing.
+    `env` is what `drillrig_env.make_sb3` gives; the agent's observer and frames are put around it where they
+    are missing.
     `changes` are arguments of the algorithm in place of those of the training, such as `learning_rate`; a rate that
     falls over a training begins anew at its start. An environment in which the agent begins as another policy is warned
     of. Raises `ValueError` where `env` is something else, shows something else or normalises what it shows, and for a
@@ -93,7 +95,9 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
         if change not in known:
             raise ValueError(f"{name}: {config['algorithm']} takes no argument {change!r}; {closest(change, known)}")
     chosen = {**config["hyperparameters"], "device": "cpu", **changes}
-    frames = int(chosen.get("frame_stack", 1))
+    frames, observer = int(chosen.get("frame_stack", 1)), chosen.get("observer")
+    if observer is not None and estimates_of(env) is None and not isinstance(env, VecFrameStack):
+        env = ShowsEstimates(env, observer, batch_of(env).core.task)
     if frames > 1 and not isinstance(env, VecFrameStack):
         env = VecFrameStack(env, frames)
     model: BaseAlgorithm = made(env=env, **algorithm_arguments(chosen))

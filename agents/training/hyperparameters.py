@@ -15,7 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from agents.training.curriculum import Stages
 from agents.training.imitation import Imitation
 from agents.training.schedules import policy_kwargs, schedule
-from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Kind, Switch
+from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Kind, Switch, Text
 from drillrig_env.extras import missing
 from drillrig_env.parameters import checked, closest, refuse
 
@@ -30,7 +30,7 @@ HYPERPARAMETER_FILES = Path(__file__).parents[1] / "hyperparams"
 
 _OURS = (
     *("n_envs", "n_timesteps", "env_kwargs", "frame_stack"),
-    *("imitation", "critic_iterations", "staggered", "anchor", "curriculum"),
+    *("imitation", "critic_iterations", "staggered", "anchor", "curriculum", "observer"),
 )
 """What training itself uses, and not the algorithm. The second row is this project's own; rl-zoo3 has the first."""
 
@@ -47,14 +47,16 @@ _KINDS: dict[str, Kind] = {
     **dict.fromkeys(("gradient_steps", "sde_sample_freq"), _FROM_MINUS_ONE),
     **dict.fromkeys(("max_grad_norm", "target_kl", *_SCHEDULES), POSITIVE),
     **dict.fromkeys(
-        ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage", "staggered", "critic_told"),
+        ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage"),
         Switch(),
     ),
+    **dict.fromkeys(("staggered", "critic_told", "through_estimates"), Switch()),
     **dict.fromkeys(("learning_starts", "critic_iterations"), Allowed(low=0, whole=True)),
     "vf_coef": NOT_NEGATIVE,
     "anchor": NOT_NEGATIVE,
     "estimates": NOT_NEGATIVE,
     "ent_coef": NOT_NEGATIVE,
+    "observer": Text("the name of a policy that estimates, such as lqg"),
 }
 """What the hyperparameters may be that are numbers or switches; None where the algorithm has it as default."""
 

@@ -105,11 +105,19 @@ def _environment(config: Mapping[str, Any], threads: int | None) -> VecEnv:
     chosen = config["hyperparameters"]
     env_kwargs = {**config["env_kwargs"], "threads": threads}
     frames = chosen.get("frame_stack", 1)
-    told = config["algorithm"] in TOLD
-    env = make_environment(config["env_id"], chosen["n_envs"], config["seed"], env_kwargs, frames, told)
+    told, observer = config["algorithm"] in TOLD, chosen.get("observer")
+    env = make_environment(config["env_id"], chosen["n_envs"], config["seed"], env_kwargs, frames, told, observer)
     if chosen.get("curriculum"):
-        batch_of(env).change(scenario=chosen["curriculum"]["scenarios"][0])
+        batch_of(env).change(**Stages.of(chosen["curriculum"]).environments(_own(config))[0])
     return env
+
+
+def _own(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the environment's own arguments those that a curriculum gives anew."""
+    given = environment_arguments(config["env_id"], config["env_kwargs"])
+    return {
+        name: given.get(name, default) for name, default in (("scenario", "default"), ("noise", None), ("delay", None))
+    }
 
 
 def _learn(
@@ -142,8 +150,7 @@ def _learn(
     if chosen.get("anchor"):
         callbacks.append(Anchor(folder, config, chosen["anchor"]))
     if chosen.get("curriculum"):
-        last = environment_arguments(config["env_id"], config["env_kwargs"]).get("scenario", "default")
-        callbacks.append(Curriculum(Stages.of(chosen["curriculum"]), last))
+        callbacks.append(Curriculum(Stages.of(chosen["curriculum"]), _own(config)))
     try:
         with checkpoint:
             if chosen.get("imitation") and not begun:

@@ -10,6 +10,7 @@ from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import load_policy
 from agents.recurrent.imitation import imitate_episodes
 from agents.recurrent.sequences import Sequences
+from agents.recurrent.through_estimates import ToldActor
 from agents.recurrent.told import TERMINAL, told_of
 from agents.training.hyperparameters import algorithm_class, hyperparameters
 from agents.training.imitation import Imitation, Teacher, actor_of, imitation_cost, share_of_student
@@ -210,6 +211,53 @@ def test_the_student_comes_to_act_like_the_teacher():
     assert len(told) > 3 * 40
     assert float(learner.policy.log_std.detach()) == pytest.approx(-1.5)
     assert actor_of(learner).parameters[0] is learner.policy.lstm_actor.weight_ih_l0
+
+
+def test_through_estimates_it_acts_on_what_its_memory_tells_as_on_the_truth():
+    env = environment(24)
+    learner = model(env, estimates=1.0, through_estimates=True)
+    untouched = learner.policy.mlp_extractor.policy_net[0].weight.detach().clone()
+    how = Imitation("baselines/told.py:LQROfRig", privileged=True, rounds=2, updates=40, last_updates=200, batch=240)
+    imitate_episodes(learner, env, how, 0)
+    first, *others = learner.policy.mlp_extractor.policy_net
+    assert not torch.equal(first.weight, untouched)
+    assert np.linalg.matrix_rank(first.weight.detach()) <= learner.told_channels
+    actor = ToldActor(learner)
+    torch.nn.init.normal_(actor.first.weight)
+    torch.nn.init.normal_(actor.first.bias)
+    actor.settle()
+    seen = torch.from_numpy(env.reset())[None]
+    with torch.no_grad():
+        mean, _, hidden = learner.acts(seen, learner.no_memory(24))
+        torch.testing.assert_close(mean, actor(learner.estimator(hidden)))
+        torch.testing.assert_close(first(hidden), actor.first(learner.estimator(hidden)))
+    assert others[-1] is actor.others[-2]
+
+
+def test_who_acts_through_estimates_must_learn_them():
+    with pytest.raises(ValueError, match=r"estimates = 0\.0 is not allowed; allowed: > 0 with through_estimates"):
+        model(environment(), through_estimates=True)
+
+
+def test_the_memory_learns_to_tell_by_imitation_and_the_teacher_is_not_imitated_by_it():
+    """With the layers behind it told the truth, the memory has no other aim than to tell it."""
+    env = environment(24)
+    learner = model(env, estimates=1.0, through_estimates=True)
+    how = Imitation("baselines/told.py:LQROfRig", privileged=True, rounds=2, updates=20, last_updates=300, batch=240)
+
+    def off():
+        env.seed(0)
+        observation, state, found = env.reset(), learner.no_memory(24), []
+        for _ in range(30):
+            with torch.no_grad():
+                mean, state, hidden = learner.acts(torch.from_numpy(observation)[None], state)
+                found.append(float(learner.cost_of_estimates(hidden[0], torch.from_numpy(told_of(env)))))
+            observation, *_ = env.step(mean[0].clamp(-1, 1).numpy()[:, None])
+        return np.mean(found)
+
+    before = off()
+    imitate_episodes(learner, env, how, 0)
+    assert off() < 0.75 * before
 
 
 def test_the_students_share_grows():

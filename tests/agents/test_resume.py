@@ -82,6 +82,9 @@ def assert_same_agent(folder, other):
     assert all(torch.equal(expected[name], found[name]) for name in expected)
 
 
+FLEET = {"scenario": {"rigs": {"spread": {"string": 2.0}, "count": 3, "seed": 0}}}
+
+
 @pytest.mark.parametrize(
     ("algorithm", "hyperparams", "env_kwargs"),
     [
@@ -91,9 +94,14 @@ def assert_same_agent(folder, other):
         ("sac", SAC, {}),
         pytest.param("sac", {**SAC, "anchor": 1.0}, {}, marks=pytest.mark.slow),
         ("ppo_lstm", LSTM, {}),
-        ("ppo_asymmetric", tiny.ASYMMETRIC, {"scenario": {"rigs": {"spread": {"string": 2.0}, "count": 3, "seed": 0}}}),
+        ("ppo_asymmetric", tiny.ASYMMETRIC, FLEET),
+        ("ppo", {**PPO, "frame_stack": 3, "observer": "lqg"}, {"sensors": "surface"}),
+        ("ppo_asymmetric", {**tiny.ASYMMETRIC, "observer": "lqg"}, FLEET),
     ],
-    ids=["ppo", "ppo, frames, noise and delay", "ppo, anchored", "sac", "sac, anchored", "ppo_lstm", "ppo_asymmetric"],
+    ids=[
+        *("ppo", "ppo, frames, noise and delay", "ppo, anchored", "sac", "sac, anchored", "ppo_lstm", "ppo_asymmetric"),
+        *("ppo, frames, observer", "ppo_asymmetric, observer"),
+    ],
 )
 def test_cut_and_resumed_ends_bit_for_bit_like_uncut(algorithm, hyperparams, env_kwargs, tmp_path, monkeypatch):
     if algorithm in ("ppo_lstm", "ppo_asymmetric"):

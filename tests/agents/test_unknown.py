@@ -18,7 +18,10 @@ CONFIGS = {one.name: checked_config(one.setting().training) for one in TRIES}
 PIECES = {
     "imitation": {"critic_iterations", "n_timesteps"},
     "alone": {"imitation", "critic_iterations", "policy_kwargs"},
+    "through_estimates": {"estimates", "through_estimates", "critic_iterations", "n_timesteps"},
     "estimates": {"estimates"},
+    "observer": {"observer"},
+    "observer_of_fleet": {"observer"},
     "untold": {"critic_told"},
     "on_target": {"reward"},
     "frames_8": {"frame_stack"},

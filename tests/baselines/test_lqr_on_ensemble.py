@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from baselines.ensemble import CHANNELS, FORCE, MEMBERS, SIZE, Ensemble
-from baselines.told import LQROfRig, LQROnEnsemble
+from baselines.lqr_on_ensemble import LQROnEnsemble
+from baselines.told import LQROfRig
 from drillrig_env import Friction, Rig
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
