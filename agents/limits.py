@@ -1,25 +1,29 @@
 """What limits a policy where nobody knows the rig: its shares with noise, delay and the unknown rig taken away.
 
-    python -m agents.limits ppo_unknown                 # by name or run folder; some ten minutes on one core
+    python -m agents.limits ppo_unknown                 # by name or run folder; half an hour on one core
     python -m agents.limits runs/ppo_asymmetric_1 --rigs 32
 
 Beside it stand laws, some told the rig, and the ceiling, which is told everything. All face the episodes of the suite
 `unknown`: as they are; with exact measurements; with measurements at once; with both; and the nominal rig in place of
-the fleet, as it is and with both. Shares are given in all and by hardness. The table goes into the page of findings.
+the fleet, as it is and with both. Shares are given in all and by hardness. The tables go into docs/agents.md.
+
+The file is written after each of these, and what it holds of the same agent and command is not run again: one that was
+stopped goes on when the command is given again. `--overwrite` begins anew.
 """
 
 from __future__ import annotations
 
+import hashlib
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from agents.policy.run_folder import find_run, load_policy
+from agents.policy.run_folder import MODEL, find_run, load_policy
 from agents.unknown import BESIDE
 from drillrig_env import markdown
 from drillrig_env.allowed import COUNT
@@ -30,7 +34,7 @@ from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import Suite, suite
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, Column
-from drillrig_env.files import check_writable_file, json_text, write_text
+from drillrig_env.files import check_writable_file, json_text, read_json, write_text
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import context_of, make_policy
 from drillrig_env.progress import Progress
@@ -39,6 +43,8 @@ from drillrig_env.scales import SLEW_LIMIT
 COMMAND = "python -m agents.limits"
 FILE = Path("agents") / "limits.json"
 SUITE, RIGS = "unknown", 256
+
+_BY_HARDNESS = ("as it is", "exact, at once")
 
 COLUMNS = (MAIN.columns[0], *HARDNESS.columns)
 """What is told of each: all episodes, then those by hardness."""
@@ -51,17 +57,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("agent", help="a shipped agent's name, or the folder of a run")
     parser.add_argument("--rigs", type=of_kind(COUNT), default=RIGS, help=f"of the fleet (default: {RIGS})")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
+    parser.add_argument("--overwrite", action="store_true", help="begin anew, whatever the file holds")
     chosen = parser.parse_args(arguments)
     path = chosen.docs / FILE
-    check_writable_file(path)
-    line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    given = [one for one in (sys.argv[1:] if arguments is None else arguments) if one != "--overwrite"]
     try:
-        found = limits(chosen.agent, chosen.rigs)
-    except ValueError as error:
+        check_writable_file(path)
+        model = hashlib.sha256((find_run(chosen.agent) / MODEL).read_bytes()).hexdigest()[:16]
+        made = {"command": shlex.join([*COMMAND.split(), *given]), "agent": chosen.agent, "model": model}
+        before = {} if chosen.overwrite or not path.is_file() else read_json(path, "or give --overwrite")
+        kept = before["conditions"] if all(before.get(name) == made[name] for name in made) else {}
+        for found in limits(chosen.agent, chosen.rigs, kept):
+            content = {**made, "provenance": provenance(), "rigs": chosen.rigs, "conditions": found}
+            write_text(path, json_text(content, indent=1))
+    except (ValueError, OSError) as error:
         parser.error(error)
-    content = {"command": line, "provenance": provenance(), "rigs": chosen.rigs, "conditions": found}
-    write_text(path, json_text(content, indent=1))
-    print(table(content))
+    print(table(read_json(path, "")))
     print(path.resolve())
 
 
@@ -87,26 +98,33 @@ def conditions(rigs: int) -> dict[str, Suite]:
     }
 
 
-def limits(name: str, rigs: int = RIGS) -> dict[str, dict[str, dict[str, dict[str, float | None]]]]:
-    """Estimates by condition, policy and column; `name` is an agent's name or run folder, `rigs` the fleet's size.
+Found = dict[str, dict[str, dict[str, dict[str, float | None]]]]
+"""Estimates by condition, policy and column."""
 
-    `ValueError` where there is no such agent.
+
+def limits(name: str, rigs: int = RIGS, kept: Mapping[str, Any] | None = None) -> Iterator[Found]:
+    """What is found so far, after each condition; `name` is an agent's name or run folder, `rigs` the fleet's size.
+
+    Conditions that are `kept` from before are not run again. `ValueError` where there is no such agent.
     """
     agent = load_policy(find_run(name)).at_slew_limit(SLEW_LIMIT)
-    found: dict[str, dict[str, dict[str, dict[str, float | None]]]] = {}
-    asked = conditions(rigs)
+    asked, found = conditions(rigs), Found(kept or {})
     with Progress("what limits", parts=len(asked)) as progress:
         for condition, one in asked.items():
             task = Task.of(sensors="surface", scenario=one.scenario, **one.env)
-            found[condition] = {}
+            rows, before = {}, found.get(condition, {})
             for number, policy in enumerate((name, *BESIDE), 1):
-                made = agent if policy == name else make_policy(policy, **context_of(task))
-                scores = score(run(made, one, sensors="surface"))
-                about = {**scores, "seed": np.full(len(scores["mitigated"]), "")}
                 words = f"`{Path(name).name}`" if policy == name else BESIDE[policy]
-                found[condition][words] = {column.heading: _entry(column, about) for column in COLUMNS}
+                if words in before:
+                    rows[words] = before[words]
+                else:
+                    made = agent if policy == name else make_policy(policy, **context_of(task))
+                    scores = score(run(made, one, sensors="surface"))
+                    about = {**scores, "seed": np.full(len(scores["mitigated"]), "")}
+                    rows[words] = {column.heading: _entry(column, about) for column in COLUMNS}
                 progress.show(condition, number, len(BESIDE) + 1)
-    return found
+            found[condition] = rows
+            yield found
 
 
 def _entry(column: Column, scores: Mapping[str, Any]) -> dict[str, float | None]:
@@ -123,6 +141,44 @@ def table(content: Mapping[str, Any]) -> str:
     first = COLUMNS[0].heading
     rows = [[words, *(f"{one[words][first]['value']:.3f}" for one in by_condition.values())] for words in policies]
     return markdown.table(["mitigated", *by_condition], rows)
+
+
+def read_limits(docs: Path) -> dict[str, Any] | None:
+    """What the command has found; None where it has not run. `ValueError` where the file is damaged."""
+    path = docs / FILE
+    return read_json(path, f"make it again with: {COMMAND}") if path.is_file() else None
+
+
+def section(content: Mapping[str, Any] | None) -> str:
+    """The section of the page on agents; empty where nothing was found."""
+    if content is None:
+        return ""
+    found = content["conditions"]
+    parts = [
+        "## What limits where nobody knows the rig\n",
+        f"The {content['rigs']} rigs of `{SUITE}`, 16 episodes of each, as they are seen; with exact measurements; "
+        "with measurements that are not late; and the nominal rig in all of these episodes in place of the fleet. * is "
+        "told what no real rig tells.\n",
+        table(content),
+    ]
+    for condition in _BY_HARDNESS:
+        if condition in found:
+            parts += [f"\nBy hardness q, {condition}:\n", _by_hardness(found[condition])]
+    return "\n".join([*parts, "", f"*{markdown.sentence(HARDNESS.caption)}*\n"])
+
+
+def _by_hardness(policies: Mapping[str, Mapping[str, Mapping[str, float | None]]]) -> str:
+    """A Markdown table: a row a policy, a column a bin of hardness, with 95 % intervals."""
+    headings = [column.heading for column in HARDNESS.columns]
+    rows = [[words, *(_cell(columns[heading]) for heading in headings)] for words, columns in policies.items()]
+    return markdown.table(["mitigated", *headings], rows)
+
+
+def _cell(entry: Mapping[str, float | None]) -> str:
+    value, low, high = (entry[name] for name in ("value", "low", "high"))
+    if value is None or low is None or high is None:
+        return "none"
+    return f"{value:.3f} ({low:.2f} to {high:.2f})"
 
 
 if __name__ == "__main__":

@@ -102,6 +102,7 @@ TRIES = (
         "a fleet of 64 rigs, in place of 512",
         scenario={"rigs": {"spread": {"string": 2.0, "inertias": 2.0, "friction": 2.0, "motor": 1.1}, "count": 64}},
     ),
+    Try("nominal", "the nominal rig alone, in place of a fleet", scenario={"rigs": None, "spread": 0.2}),
     Try(
         "curriculum",
         "first rigs within a factor of 1.3, seen with a third of the noise and one step late",

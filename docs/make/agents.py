@@ -1,8 +1,8 @@
 """docs/agents.md and its pictures: what ships, how it learnt, what it does, and what each choice is worth.
 
 The numbers come from `agents.shipping.ship` (agents/trained/*/seeds.json) and, as far as they are there, from
-`agents.compare` and `agents.noise_and_delay` (docs/agents/*.json) and the stored results of `eval.py` (docs/results);
-what a person saw in the pictures is quoted from docs/agents/findings.md.
+`agents.compare`, `agents.limits` and `agents.noise_and_delay` (docs/agents/*.json) and the stored results of `eval.py`
+(docs/results); what a person saw in the pictures is quoted from docs/agents/findings.md.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from agents import noise_and_delay
+from agents import limits, noise_and_delay
 from agents.beside_lqg import results_with_both, section
 from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
@@ -147,7 +147,7 @@ def _written(
     docs: Path, found: Mapping[str, _Agent], stored: Mapping[str, Results], late: Mapping[str, Any] | None
 ) -> str:
     parts = [_shipped(found, stored), _learning(found), _behaviour(docs), section(_beside_lqg(stored, found))]
-    parts += [noise_and_delay.section(late), choices(docs)]
+    parts += [noise_and_delay.section(late), limits.section(limits.read_limits(docs)), choices(docs)]
     parts += [ahead(stored, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found, late)]
     return "\n".join(part for part in parts if part)
 
@@ -269,6 +269,8 @@ def _made(docs: Path, found: Mapping[str, _Agent], late: Mapping[str, Any] | Non
         for name, agent in found.items()
     ]
     lines += made(docs)
+    if limited := limits.read_limits(docs):
+        lines.append(f"- what limits: `{limited['command']}`, {when_and_where(limited['provenance'])}")
     if late:
         lines.append(f"- noise and delay: `{late['command']}`, {when_and_where(late['provenance'])}")
     return "\n".join(lines) + "\n"

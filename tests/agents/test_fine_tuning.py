@@ -98,9 +98,7 @@ def test_what_does_not_fit_is_refused_by_name(run, tmp_path):
         train(settings(tmp_path / "d", resume_from="nobody"))
     with pytest.raises(ValueError, match="another network"):
         train(settings(tmp_path / "e", resume_from=str(run), hyperparams={"policy_kwargs": "dict(net_arch=[8])"}))
-    with pytest.raises(
-        ValueError, match=r"conf_file = mine\.yml is not allowed; allowed: none beside an"
-    ):
+    with pytest.raises(ValueError, match=r"conf_file = mine\.yml is not allowed; allowed: none beside an"):
         train(settings(tmp_path / "f", resume_from=str(run), conf_file=Path("mine.yml")))
     assert not list(tmp_path.iterdir())
 
