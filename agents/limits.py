@@ -28,6 +28,7 @@ from agents.unknown import BESIDE
 from drillrig_env import markdown
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
+from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
@@ -112,19 +113,25 @@ def limits(name: str, rigs: int = RIGS, kept: Mapping[str, Any] | None = None) -
     with Progress("what limits", parts=len(asked)) as progress:
         for condition, one in asked.items():
             task = Task.of(sensors="surface", scenario=one.scenario, **one.env)
+            known = {**context_of(task), **({"sensors": _at_once(task)} if task.delays == (0, 0) else {})}
             rows, before = {}, found.get(condition, {})
             for number, policy in enumerate((name, *BESIDE), 1):
                 words = f"`{Path(name).name}`" if policy == name else BESIDE[policy]
                 if words in before:
                     rows[words] = before[words]
                 else:
-                    made = agent if policy == name else make_policy(policy, **context_of(task))
+                    made = agent if policy == name else make_policy(policy, **known)
                     scores = score(run(made, one, sensors="surface"))
                     about = {**scores, "seed": np.full(len(scores["mitigated"]), "")}
                     rows[words] = {column.heading: _entry(column, about) for column in COLUMNS}
                 progress.show(condition, number, len(BESIDE) + 1)
             found[condition] = rows
             yield found
+
+
+def _at_once(task: Task) -> Sensors:
+    """The sensors of a task, known not to be late."""
+    return replace(task.sensors, delay=0)
 
 
 def _entry(column: Column, scores: Mapping[str, Any]) -> dict[str, float | None]:

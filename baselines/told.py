@@ -16,6 +16,7 @@ from baselines.jump_ease_estimated import JumpEaseEstimated
 from baselines.lqg import LQG
 from baselines.lqr import LQR
 from drillrig_env.arrays import FloatArray
+from drillrig_env.env.sensors import Sensors
 from drillrig_env.friction import Friction
 
 __all__ = ["JumpEaseOfBit", "JumpEaseOfRig", "LQGOfRig", "LQROfRig"]
@@ -26,13 +27,15 @@ _FRICTION = ("normal_force", "mu_s", "mu_k", "v_b")
 class LQGOfRig(LQG):
     """`LQG` with filter and gains of the very rig, and the very law by which its friction falls; not its force.
 
-    It takes measurements to be 2 steps old, which is the best single guess at delays of 1 to 4 that it is not told.
+    Where the sensors are late it takes measurements to be 2 steps old, which is the best single guess at delays of 1 to
+    4 that it is not told.
     """
 
     privileged: ClassVar[tuple[str, ...]] = ("rig", "mu_s", "mu_k", "v_b")
 
-    def __init__(self, *given: Any, **others: Any) -> None:
-        super().__init__(*given, **{"delay": 2, **others})
+    def __init__(self, sensors: str | tuple[str, ...] = "state", *given: Any, **others: Any) -> None:
+        late = Sensors.named(sensors).delay > 0
+        super().__init__(sensors, *given, **{"delay": 2 if late else 0, **others})
 
     def _law(self, privileged: Mapping[str, FloatArray]) -> Friction:
         return Friction(1.0, *(privileged[name] for name in _FRICTION[1:]), law=self.nominal_friction.law)

@@ -120,7 +120,7 @@ def label_of(name: str) -> str:
 
 def _player(name: str, env_id: str, kwargs: Mapping[str, Any]) -> Player:
     task = Task.of(**environment_arguments(env_id, kwargs))
-    policy = find_policy(name).make(**{**context_of(task), "sensors": task.sensors})
+    policy = find_policy(name).make(**context_of(task))
     seen = channels_of(policy)
     if seen not in (None, task.sensors.names):
         shown = ", ".join(task.sensors.names)

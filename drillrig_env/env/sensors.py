@@ -172,6 +172,11 @@ class Sensors:
         """The channels' names, in the observation's order."""
         return tuple(channel.name for channel in self.channels)
 
+    @property
+    def asked(self) -> str | tuple[str, ...]:
+        """What `named` makes them from: the name of a set, which has noise and delay, or names of channels."""
+        return self.name if self.name in SENSORS else self.names
+
     def at(self, scales: Scales) -> Sensors:
         """The same sensors on a rig with such scales: its offsets, scales and noise."""
         made = replace(self, channels=tuple(_BY_NAME[name].at(scales) for name in self.names))

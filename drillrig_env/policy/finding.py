@@ -149,13 +149,16 @@ def load(policy: Any, env: Any = None) -> Policy:
 
 
 def context_of(task: Any) -> dict[str, Any]:
-    """What a policy is made for, by keyword, from the task that it is to act in."""
+    """What a policy is made for, by keyword, from the task that it is to act in.
+
+    Sensors that are a set go by its name, so that its noise and delay are known too; others by names of channels.
+    """
     names = ("rig", "slew_limit", "control_period", "largest_reference")
     own = {name: getattr(task, name) for name in names}
     friction = task.scenario.friction
     if not friction.falls_as(task.scales.friction):  # else it is what policies go by where they are not told
         own["friction"] = friction
-    return {"sensors": task.sensors.names, **own, "fleet": task.scenario.rigs}
+    return {"sensors": task.sensors.asked, **own, "fleet": task.scenario.rigs}
 
 
 def load_class(file: Path, name: str) -> type:

@@ -157,3 +157,14 @@ def test_a_soft_drive_of_an_agent_is_as_soft_on_a_scaled_rig():
     own, elsewhere = make_policy("ppo_soft").drive, make_policy("ppo_soft", rig=scaled(time=0.25, torque=2.0)).drive
     assert elsewhere == Drive(0.25 * own.k_p, own.k_i, own.back_emf_share)
     assert make_policy("ppo", rig=scaled(time=0.25)).drive is None
+
+
+@pytest.mark.parametrize(
+    ("sensors", "delay"),
+    [("surface", 1), ("state", 0), (("top_speed", "current", "speed_target", "speed_reference"), 0)],
+)
+def test_a_policy_knows_how_late_the_sensors_are_that_it_is_made_for(sensors, delay):
+    for rig in (None, scaled(2.0, 0.5)):
+        env = gym.make("DrillRig-v0", sensors=sensors, rig=rig)
+        assert load("lqg", env=env).delay == delay
+        assert load("baselines/told.py:LQGOfRig", env=env).delay == 2 * delay  # of one to four, which it is not told
