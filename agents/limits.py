@@ -1,13 +1,14 @@
 """What limits a policy where nobody knows the rig: its shares with noise, delay and the unknown rig taken away.
 
     python -m agents.limits ppo_unknown                 # by name or run folder; half an hour on one core
-    python -m agents.limits runs/ppo_asymmetric_1 --rigs 32
+    python -m agents.limits ppo_unknown runs/unknown/memory_0 runs/unknown/nominal_0
+    python -m agents.limits runs/ppo_asymmetric_1 --rigs 32 --docs /tmp/docs
 
-Beside it stand laws, some told the rig, and the ceiling, which is told everything. All face the episodes of the suite
+Beside them stand laws, some told the rig, and the ceiling, which is told everything. All face the episodes of the suite
 `unknown`: as they are; with exact measurements; with measurements at once; with both; and the nominal rig in place of
 the fleet, as it is and with both. Shares are given in all and by hardness. The tables go into docs/agents.md.
 
-The file is written after each of these, and what it holds of the same agent and command is not run again: one that was
+The file is written after each of these, and what it holds of the same agents and laws is not run again: one that was
 stopped goes on when the command is given again. `--overwrite` begins anew.
 """
 
@@ -55,22 +56,20 @@ COLUMNS = (MAIN.columns[0], *HARDNESS.columns)
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run all of them and write the file."""
     parser = Parser(prog=COMMAND, description=__doc__)
-    parser.add_argument("agent", help="a shipped agent's name, or the folder of a run")
+    parser.add_argument("agents", nargs="+", help="names of shipped agents, or folders of runs")
     parser.add_argument("--rigs", type=of_kind(COUNT), default=RIGS, help=f"of the fleet (default: {RIGS})")
     parser.add_argument("--docs", type=Path, default=Path("docs"), help="folder of the documentation (default: docs)")
     parser.add_argument("--overwrite", action="store_true", help="begin anew, whatever the file holds")
     chosen = parser.parse_args(arguments)
     path = chosen.docs / FILE
-    given = [one for one in (sys.argv[1:] if arguments is None else arguments) if one != "--overwrite"]
+    line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
     try:
         check_writable_file(path)
-        model = hashlib.sha256((find_run(chosen.agent) / MODEL).read_bytes()).hexdigest()[:16]
-        made = {"command": shlex.join([*COMMAND.split(), *given]), "agent": chosen.agent, "model": model}
-        before = {} if chosen.overwrite or not path.is_file() else read_json(path, "or give --overwrite")
-        kept = before["conditions"] if all(before.get(name) == made[name] for name in made) else {}
-        for found in limits(chosen.agent, chosen.rigs, kept):
-            content = {**made, "provenance": provenance(), "rigs": chosen.rigs, "conditions": found}
-            write_text(path, json_text(content, indent=1))
+        models = {words_of(name): _digest(name) for name in chosen.agents}
+        kept = {} if chosen.overwrite or not path.is_file() else _kept(path, chosen.rigs, models)
+        for found in limits(chosen.agents, chosen.rigs, kept):
+            made = {"command": line, "provenance": provenance(), "rigs": chosen.rigs, "models": models}
+            write_text(path, json_text({**made, "conditions": found}, indent=1))
     except (ValueError, OSError) as error:
         parser.error(error)
     print(table(read_json(path, "")))
@@ -103,30 +102,54 @@ Found = dict[str, dict[str, dict[str, dict[str, float | None]]]]
 """Estimates by condition, policy and column."""
 
 
-def limits(name: str, rigs: int = RIGS, kept: Mapping[str, Any] | None = None) -> Iterator[Found]:
-    """What is found so far, after each condition; `name` is an agent's name or run folder, `rigs` the fleet's size.
+def limits(names: Sequence[str], rigs: int = RIGS, kept: Mapping[str, Any] | None = None) -> Iterator[Found]:
+    """What is found so far, after each condition, for agents by name or run folder; `rigs` is the fleet's size.
 
-    Conditions that are `kept` from before are not run again. `ValueError` where there is no such agent.
+    What is `kept` from before is not run again. `ValueError` where there is no such agent.
     """
-    agent = load_policy(find_run(name)).at_slew_limit(SLEW_LIMIT)
+    agents = {words_of(name): load_policy(find_run(name)).at_slew_limit(SLEW_LIMIT) for name in names}
     asked, found = conditions(rigs), Found(kept or {})
+    policies: dict[str, Any] = {**agents, **{words: name for name, words in BESIDE.items()}}
     with Progress("what limits", parts=len(asked)) as progress:
         for condition, one in asked.items():
             task = Task.of(sensors="surface", scenario=one.scenario, **one.env)
             known = {**context_of(task), **({"sensors": _at_once(task)} if task.delays == (0, 0) else {})}
             rows, before = {}, found.get(condition, {})
-            for number, policy in enumerate((name, *BESIDE), 1):
-                words = f"`{Path(name).name}`" if policy == name else BESIDE[policy]
+            for number, (words, policy) in enumerate(policies.items(), 1):
                 if words in before:
                     rows[words] = before[words]
                 else:
-                    made = agent if policy == name else make_policy(policy, **known)
+                    made = make_policy(policy, **known) if isinstance(policy, str) else policy
                     scores = score(run(made, one, sensors="surface"))
                     about = {**scores, "seed": np.full(len(scores["mitigated"]), "")}
                     rows[words] = {column.heading: _entry(column, about) for column in COLUMNS}
-                progress.show(condition, number, len(BESIDE) + 1)
+                progress.show(condition, number, len(policies))
             found[condition] = rows
             yield found
+
+
+def words_of(name: str) -> str:
+    """What tables call an agent, by its name or run folder."""
+    return f"`{Path(name).name}`"
+
+
+def _digest(name: str) -> str:
+    """What tells an agent from one that was trained again. `ValueError` where there is none."""
+    model = find_run(name) / MODEL
+    if not model.is_file():
+        raise ValueError(f"{model.parent}: the run has no {MODEL}; it may have been stopped before the first save")
+    return hashlib.sha256(model.read_bytes()).hexdigest()[:16]
+
+
+def _kept(path: Path, rigs: int, models: Mapping[str, str]) -> dict[str, Any]:
+    """What the file holds of as many rigs, of these models as they are, and of the laws."""
+    before = read_json(path, "or give --overwrite")
+    if before.get("rigs") != rigs:
+        return {}
+    same = {words for words, model in before.get("models", {}).items() if models.get(words) == model}
+    same |= set(BESIDE.values())
+    conditions = before["conditions"].items()
+    return {condition: {words: row for words, row in rows.items() if words in same} for condition, rows in conditions}
 
 
 def _at_once(task: Task) -> Sensors:

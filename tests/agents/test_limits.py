@@ -46,17 +46,22 @@ def test_every_policy_faces_every_condition(tmp_path, monkeypatch, capsys):
     assert "| `ppo_surface` | " in capsys.readouterr().out
     assert table(content).count("\n") >= 4
     del content["conditions"]["at once"]
+    del content["conditions"]["exact"]["`ppo_surface`"]
     (tmp_path / "agents" / "limits.json").write_text(json.dumps(content))
     asked = []
     monkeypatch.setattr(module, "run", lambda policy, one, **others: asked.append(one) or run(policy, one, **others))
     main(["ppo_surface", "--rigs", "2", "--docs", str(tmp_path)])
-    assert [one.env["delay"] for one in asked] == [0] * 3  # of the condition that was missing
+    assert [one.env["delay"] for one in asked] == [(1, 2), 0, 0, 0]  # what was missing
     again = json.loads((tmp_path / "agents" / "limits.json").read_text())
     assert set(again["conditions"]) == set(conditions(2))
+    again["models"]["`ppo_surface`"] = "that of another"
+    (tmp_path / "agents" / "limits.json").write_text(json.dumps(again))
+    main(["ppo_surface", "--rigs", "2", "--docs", str(tmp_path)])
+    assert len(asked) == 4 + 6
     main(["ppo_surface", "--rigs", "2", "--docs", str(tmp_path), "--overwrite"])
-    assert len(asked) == 3 + 18
+    assert len(asked) == 4 + 6 + 18
 
 
 def test_an_unknown_agent_is_refused_before_anything_runs():
     with pytest.raises(ValueError, match="neither a shipped agent nor the folder of a run"):
-        next(limits("nobody", 1))
+        next(limits(["nobody"], 1))
