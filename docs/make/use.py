@@ -29,13 +29,20 @@ curriculum:
   scenarios:  # from easy to hard; then comes the environment's own
     - {{normal_force: [5, 15], load_step: 0}}
     - {{normal_force: [5, 25]}}
-  share: 0.8  # of the last episodes, mitigated before the next scenario begins
+  noise: [0, 0.5]  # if at all, one for each of them
+  delay: [0, [0, 1]]
+  share: 0.8  # of the last episodes, mitigated before the next stage begins
   episodes: 200
 ```
 
-A scenario is given as the environment takes it, in the chapter rig's numbers; episodes that began under an earlier one
-are not counted, evaluations are of the environment's own all along, and what is imitated is imitated in the first. A
+Scenarios, noises and delays are given as the environment takes them, in the chapter rig's numbers, and no delay is longer
+than its own; episodes that began in an earlier stage are not counted, evaluations are of the environment's own all along, and what is imitated is imitated in the first. A
 training that goes on after a stop is as far as it was.
+
+**A filter under the network** is the key `observer`, with the name of a policy that estimates: `-params observer:lqg` puts
+what the filter of `lqg` makes of the measurements, seven states and the friction torque, in front of them. With
+`ppo_asymmetric` the memory itself learns to tell rig, friction and state with `estimates:1.0`, and with
+`through_estimates:true` the network acts on what it tells. A network behind a filter is not exported.
 
 **Models of other people.** Stable-Baselines3 keeps settings in `model.zip` as pickles, and `PPO.load` runs whatever
 code their maker put there. This project reads a run's settings from `config.json` and only tensors from
@@ -75,7 +82,7 @@ python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo
 ```
 
 rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
-`imitation`, `anchor`, `critic_iterations`, `staggered` and `curriculum` are this project's own: rl-zoo3 hands them to
+`imitation`, `anchor`, `critic_iterations`, `staggered`, `curriculum` and `observer` are this project's own: rl-zoo3 hands them to
 the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and
 `sac.yml` in `agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with
 rl_zoo3 2.9.2 for 98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.

@@ -32,7 +32,7 @@ from drillrig_env.jit.threads import check_threads, over_slices
 from drillrig_env.parameters import checked, refuse
 from drillrig_env.policy.given import POLICY
 from drillrig_env.stepper.finite import check_finite
-from drillrig_env.verdict import WINDOW, is_mitigated
+from drillrig_env.verdict import CALM_INDEX, WINDOW, is_mitigated
 
 _ALL = slice(None)
 
@@ -137,10 +137,14 @@ class EpisodeBatch(PlaysTask):
     @property
     def mitigated(self) -> npt.NDArray[np.bool_]:
         """The verdict on the window so far: at the end of an episode, whether it was mitigated; shape (n,)."""
+        return self.mitigated_below(CALM_INDEX)
+
+    def mitigated_below(self, index: float) -> npt.NDArray[np.bool_]:
+        """The same where a stick-slip index below `index` counts as calm."""
         done = np.maximum(self.episodes["step"] - self.window_start, 1)
         mean = self.episodes["window_sum"] / done
         lowest, highest, target = (self.episodes[name] for name in ("window_lowest", "window_highest", "speed_target"))
-        return np.asarray(is_mitigated(lowest, highest, mean, target, self._speed_scale))
+        return np.asarray(is_mitigated(lowest, highest, mean, target, self._speed_scale, index))
 
     def reset(
         self,

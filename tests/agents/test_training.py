@@ -12,9 +12,14 @@ from agents.policy.run_folder import is_run, load_policy, read_config
 from agents.training.settings import Training
 from agents.training.train import train
 from agents.training.validation_rigs import validate
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.generators import first_uniforms
+from drillrig_env.evaluation.runner import play
+from drillrig_env.evaluation.suites import STICKING
 from drillrig_env.files import LOCK
+from drillrig_env.policy import make_policy
 from drillrig_env.rig import Rig
-from drillrig_env.seeds import TRAINING_SEEDS
+from drillrig_env.seeds import TRAINING_SEEDS, VALIDATION_SEEDS
 from tests.agents.tiny import PPO, SAC
 
 SHORT = {"duration": 3.0}
@@ -181,6 +186,18 @@ def test_an_agent_wants_the_same_rates_at_another_slew_limit(tmp_path):
     actions = agent.predict(observations)[0]
     slower = agent.at_slew_limit(1.0).predict(observations)[0]
     np.testing.assert_allclose(slower, np.clip(2.0 * actions, -1.0, 1.0))
+
+
+def test_a_tilted_disc_is_validated_by_whether_the_bit_never_stops():
+    agent = make_policy("lqg", sensors="state")
+    tilted = {"scenario": {"tilt": {"share": 0.1, "turns": [1]}, "spread": 0.0}}
+    strict = EpisodeBatch(60, **tilted)
+    strict.reset(np.arange(60), first_uniforms(VALIDATION_SEEDS.start, 60), STICKING)
+    for _ in play(agent, strict):
+        pass
+    found = validate(agent, tilted, 60).mitigated
+    assert np.array_equal(found, strict.mitigated_below(0.5))
+    assert found.sum() > strict.mitigated.sum()
 
 
 def test_validation_draws_evenly_what_training_shows_more_often():
