@@ -35,12 +35,12 @@ curriculum:
   episodes: 200
 ```
 
-Scenarios, noises and delays are given as the environment takes them, in the chapter rig's numbers, and no delay is longer
-than its own; episodes that began in an earlier stage are not counted, evaluations are of the environment's own all along, and what is imitated is imitated in the first. A
-training that goes on after a stop is as far as it was.
+Scenarios, noises and delays are given as the environment takes them, in the chapter rig's numbers, and no delay is
+longer than its own; episodes that began in an earlier stage are not counted, evaluations are of the environment's own
+all along, and what is imitated is imitated in the first. A training that goes on after a stop is as far as it was.
 
-**A filter under the network** is the key `observer`, with the name of a policy that estimates: `-params observer:lqg` puts
-what the filter of `lqg` makes of the measurements, seven states and the friction torque, in front of them. With
+**A filter under the network** is the key `observer`, with the name of a policy that estimates: `-params observer:lqg`
+puts what the filter of `lqg` makes of the measurements, seven states and the friction torque, in front of them. With
 `ppo_asymmetric` the memory itself learns to tell rig, friction and state with `estimates:1.0`, and with
 `through_estimates:true` the network acts on what it tells. A network behind a filter is not exported.
 
@@ -82,8 +82,8 @@ python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo
 ```
 
 rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
-`imitation`, `anchor`, `critic_iterations`, `staggered`, `curriculum` and `observer` are this project's own: rl-zoo3 hands them to
-the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and
+`imitation`, `anchor`, `critic_iterations`, `staggered`, `curriculum` and `observer` are this project's own: rl-zoo3
+hands them to the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and
 `sac.yml` in `agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with
 rl_zoo3 2.9.2 for 98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
 
