@@ -83,9 +83,9 @@ python -m rl_zoo3.train --gym-packages drillrig_env --env DrillRig-v0 --algo ppo
 
 rl-zoo3 steps single environments one by one, where `train.py` steps all rigs in one compiled call. The keys
 `imitation`, `anchor`, `critic_iterations`, `staggered`, `curriculum` and `observer` are this project's own: rl-zoo3
-hands them to the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`, `ppo_robust.yml` and
-`sac.yml` in `agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone` were tried with
-rl_zoo3 2.9.2 for 98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
+hands them to the algorithm, which refuses them (`unexpected keyword argument 'imitation'`). So `ppo.yml`,
+`ppo_robust.yml` and `sac.yml` in `agents/hyperparams`, which imitate first, are for `train.py` alone. Those in `alone`
+were tried with rl_zoo3 2.9.2 for 98,304 steps (PPO) and 12,000 steps (SAC), 17 s of computing each, not to the end.
 
 `python -m agents.export ppo --out policy.onnx` writes an agent as one file that takes measured values in physical units
 by name and gives the rate of the speed reference in rad/s², and the reference itself, with scaling, clipping, memory,
