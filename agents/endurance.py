@@ -39,7 +39,8 @@ def endurance(
     The rigs are drawn as in the suite `suite_name`, with the seeds of its first ones, each under the agent from
     stick-slip on without a break. `progress` is called with the control steps done, and with how many there are.
     """
-    arguments = {**agent.environment, "duration": max(times), "scenario": suite(suite_name, rigs).scenario}
+    drawn = suite(suite_name, rigs)
+    arguments = {**agent.environment, "duration": max(times), "scenario": drawn.scenario}
     core = EpisodeBatch(rigs, **arguments)
     core.reset(np.arange(rigs), first_uniforms(EVALUATION_SEEDS.start, rigs), STICKING)
     window = round(WINDOW / CONTROL_PERIOD)
@@ -50,7 +51,8 @@ def endurance(
         for time in times:
             if step + 1 == round(time / CONTROL_PERIOD):
                 lowest, highest, mean = traces[0].min(axis=0), traces[1].max(axis=0), traces[2].mean(axis=0)
-                held = is_mitigated(lowest, highest, mean, core.episodes["speed_target"])
+                target, index = core.episodes["speed_target"], drawn.calm_index
+                held = is_mitigated(lowest, highest, mean, target, index=index)
                 found[f"{time:g}"] = float(np.mean(held))
         if progress and ((step + 1) % window == 0 or step + 1 == core.steps):
             progress(step + 1, core.steps)

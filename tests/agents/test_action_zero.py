@@ -24,7 +24,19 @@ def test_it_is_what_the_drive_does_alone(drive, same):
     one, other = (score(run(each, rigs)) for each in (policy, same))
     np.testing.assert_array_equal(one["mitigated"], other["mitigated"])
     np.testing.assert_allclose(one["cost"], other["cost"], atol=1e-9)
-    assert policy.predict(np.zeros(7, np.float32))[0].shape == (1,)
+    assert ActionZero({}).predict(np.zeros(7, np.float32))[0].tolist() == [0.0]
+
+
+def test_its_reference_follows_a_target_that_steps():
+    rigs = suite("drift", 30)
+    one, other = (score(run(each, rigs)) for each in (ActionZero({"sensors": "surface"}), Constant()))
+    np.testing.assert_array_equal(one["mitigated"], other["mitigated"])
+    assert 0.2 < one["mitigated"].mean() < 0.8
+
+
+def test_how_long_a_rig_that_drifts_is_held_goes_by_its_own_verdict():
+    held = endurance(ActionZero({"sensors": "surface"}), 20, (60.0,), suite_name="drift")
+    assert held["60"] > 0.2
 
 
 @pytest.mark.slow
