@@ -96,7 +96,7 @@ class AsymmetricPPO(RecurrentPPO):
         self._last_lstm_states: Any
         self.clip_range: Any
         self.batch_size: int
-        self.told_channels = 0  # none where it only acts
+        self.told_channels = self.measured_channels = 0  # none where it only acts
         if _init_setup_model:
             self._setup_model()
 
@@ -106,13 +106,13 @@ class AsymmetricPPO(RecurrentPPO):
         with torch.no_grad():  # a memory that lasts, at first (Jozefowicz et al., 2015)
             for layer in range(lstm.num_layers):
                 getattr(lstm, f"bias_ih_l{layer}")[lstm.hidden_size : 2 * lstm.hidden_size].fill_(1.0)
+        assert self.observation_space.shape is not None
+        self.measured_channels = self.measured_channels or self.observation_space.shape[0]
         if self.env is not None:
             self.told_channels = told_of(self.env).shape[1]
+            self.measured_channels = len(batch_of(self.env).core.sensors.channels)  # without what a filter estimates
         if not self.told_channels:
             return
-        assert self.observation_space.shape is not None
-        assert self.env is not None
-        self.measured_channels = len(batch_of(self.env).core.sensors.channels)
         widths = (self.told_channels if self.critic_told else self.measured_channels, *self.critic_arch)
         hidden = [layer for a, b in pairwise(widths) for layer in (nn.Linear(a, b), nn.ReLU())]
         self.critic = nn.Sequential(*hidden, nn.Linear(widths[-1], 1)).to(self.device)

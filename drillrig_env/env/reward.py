@@ -34,11 +34,13 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from drillrig_env.allowed import Allowed, Choice, Made
-from drillrig_env.env.reward_kernel import CALM_SWING
 from drillrig_env.env.reward_terms import RewardTerms
 from drillrig_env.modules import is_place
 from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.toml import record_of
+
+CALM_SWING = 0.07
+"""In phases, the swing at which half of what calm is worth is there."""
 
 _WEIGHT = Allowed(0.0, 1e6)
 _SHAPE = Choice(("square", "absolute"))

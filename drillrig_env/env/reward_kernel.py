@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from math import sqrt
 
+from drillrig_env.env.reward import CALM_SWING
 from drillrig_env.jit.compiled import inlined
 
 _SLOW = 0.3  # share of the target below which a mean counts as standing, more and more
 _LARGEST_SWING, _LARGEST_ERROR = 1.5, 2.0  # beyond these, worse is not told from bad
-CALM_SWING = 0.07
-"""The swing at which half of what calm is worth is there."""
-
 _SMALL_ERROR = 0.05  # at which half of what being on target is worth is there
 
 

@@ -111,8 +111,7 @@ def of(form="DrillRig-v0", **arguments):
     ("arguments", "words"),
     [
         ({"sensors": "surface"}, "state's sensors"),
-        ({"noise": 1.0}, "state's noise = None is not allowed; allowed: 1.0"),
-        ({"delay": 2}, "state's delay"),
+        ({"delay": 2}, "a state of delays up to 0 control steps is not allowed; allowed: up to 2"),
         ({"drive": (0.3, 0.2)}, "state's drive = None"),
         ({"duration": 30.0}, "state's duration = 60.0 is not allowed; allowed: 30.0"),
         ({"rig": {"k_p": 2.0}}, "state's rig"),
@@ -121,6 +120,17 @@ def of(form="DrillRig-v0", **arguments):
 def test_a_state_of_another_task_is_refused(arguments, words):
     with pytest.raises(ValueError, match=words):
         of(**arguments).set_state(of().get_state())
+
+
+def test_noise_and_delay_are_those_of_the_state_again():
+    env = of(sensors="surface", noise=2.0, delay=3)
+    state, other = env.get_state(), of(sensors="surface", noise=0.0, delay=(0, 3))
+    other.set_state(state)
+    assert (other.noise, other.delay) == (2.0, (3, 3))
+    for _ in range(5):
+        expected, *_ = env.step(np.ones(1, np.float32))
+        found, *_ = other.step(np.ones(1, np.float32))
+        assert np.array_equal(found, expected)
 
 
 def test_a_state_of_another_number_of_rigs_length_or_form_is_refused():

@@ -113,7 +113,7 @@ def test_samples_may_be_taken_at_any_distance():
     ("fields", "words"),
     [
         ({"share": 1.2}, "share = 1.2 is not allowed; allowed: >= 0 and <= 1"),
-        ({"turns": 0}, "turns = 0 is not allowed; allowed: whole, >= 1 and <= 64"),
+        ({"turns": -1}, "turns = -1 is not allowed; allowed: whole, >= 0 and <= 64"),
         ({"turns": (1, 2.5)}, r"turns = 2.5 is not allowed; allowed: whole"),
         ({"turns": ()}, "one number or several"),
         ({"phase": np.nan}, "phase = nan rad is not allowed"),
