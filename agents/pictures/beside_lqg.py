@@ -14,6 +14,8 @@ from agents.beside_lqg import LAW, hard_rig
 from agents.pictures.one_rig import draw_speeds
 from agents.policy.run_folder import TRAINED, read_config
 from drillrig_env.arrays import FloatArray
+from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.contest import Contestant
 from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.results import Results
@@ -42,7 +44,8 @@ def plot_beside(agent: str, results: Results, trained: Path = TRAINED) -> Pictur
     figure = new_figure(2.6)
     grid = figure.subplot_mosaic([["law", "rates"], ["agent", "rates"]], width_ratios=(1.75, 1.0))
     for panel, name, episodes in (("law", LAW, under_law), ("agent", agent, under_agent)):
-        draw_speeds(grid[panel], episodes, CONTROL_PERIOD * episodes.average.shape[1])
+        steps = episodes.average.shape[1]
+        draw_speeds(grid[panel], episodes, CONTROL_PERIOD * steps, _target(alone, steps))
         grid[panel].set_title(name)
         grid[panel].set_ylabel("rad/s")
     grid["law"].sharex(grid["agent"])
@@ -88,6 +91,15 @@ class Listening(Policy):
 
 def _rigs(results: Results, name: str) -> int:
     return int(results.config["suites"][name]["rigs"])
+
+
+def _target(alone: Suite, steps: int) -> FloatArray:
+    """The target of the only rig of a suite in each control step, rad/s."""
+    core = EpisodeBatch(1, scenario=alone.scenario)
+    core.reset(np.arange(1), first_uniforms(alone.first_seed, 1), {**alone.groups[0][1], "start": "steady"})
+    rig = core.episodes[0]
+    stepped = CONTROL_PERIOD * np.arange(steps) >= rig["target_time"]
+    return np.where(stepped, rig["next_target"], rig["speed_target"])
 
 
 def _made(contestant: Contestant, alone: Suite) -> Policy:

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 import baselines
 from agents.policy.run_folder import TRAINED, load_policy
+from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
 from drillrig_env.evaluation.histories import typical_rigs
@@ -94,14 +95,17 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
     return Picture(figure, caption)
 
 
-def draw_speeds(panel: Axes, episodes: Episodes, shown: float) -> None:
-    """Bit speed, speed reference and target of the first rig over the first `shown` s."""
+def draw_speeds(panel: Axes, episodes: Episodes, shown: float, target: FloatArray | None = None) -> None:
+    """Bit speed, speed reference and target of the first rig over the first `shown` s.
+
+    The `target` (rad/s) has an entry a control step where it is not the last one all along.
+    """
     time = _times(episodes, shown)
     panel.plot(time, episodes.average[0, : len(time)], color=BLUE, lw=0.9, label="bit speed")
     reference = episodes.speed_reference[0, : len(time)]
     panel.plot(time, reference, color=VERMILLION, lw=1.2, label=r"speed reference $\omega_{ref}$")
-    target = float(episodes.speed_target[0])
-    panel.axhline(target, color=DARK, lw=0.9, ls=(0, (4, 2)), label=r"target $\omega^*$")
+    wanted = np.full(len(time), episodes.speed_target[0]) if target is None else target[: len(time)]
+    panel.step(time, wanted, where="pre", color=DARK, lw=0.9, ls=(0, (4, 2)), label=r"target $\omega^*$")
     panel.set_xlim(0.0, shown)
 
 

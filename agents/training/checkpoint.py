@@ -93,9 +93,9 @@ def load_checkpoint(path: Path, algorithm: str, env: VecEnv, device: torch.devic
 
 
 def save_model(path: Path, model: BaseAlgorithm) -> None:
-    """Write a model in Stable-Baselines3's own format."""
+    """Write a model in Stable-Baselines3's own format, but for the folder of its log, which is this machine's."""
     with written_whole(path) as new:
-        model.save(new)
+        model.save(new, exclude=["tensorboard_log"])
 
 
 def _generators(model: BaseAlgorithm) -> dict[str, Any]:

@@ -40,9 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     names = chosen.pages or list(PAGES)
     if chosen.check and chosen.take_in:
         parser.error("--take-in writes, --check does not; give one of them")
-    if chosen.take_in and (len(names) != 1 or PAGES[names[0]].take_in is None):
+    if chosen.take_in and sum(PAGES[name].take_in is not None for name in names) != 1:
         allowed = listed((name for name, page in PAGES.items() if page.take_in), "or")
-        parser.error(f"--take-in is for one page, {allowed}")
+        parser.error(f"--take-in is for {allowed}, one of them")
     try:
         if chosen.check:
             check(names, chosen.docs)

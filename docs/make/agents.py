@@ -72,6 +72,16 @@ _GROUPS = (
         home="unknown",
     ),
     _Group(
+        "**Where the rig drifts**: its friction wanders, its disc is tilted and its target steps, seen by sensors of "
+        "the surface, late, on the rig's own drive, in the suite `drift` ([drift](drift.md)):\n",
+        (
+            ("constant", "DrillRigDrift-v0", "action 0, same drive (`constant`)"),
+            ("lqg", "DrillRigDrift-v0", "`lqg`"),
+            ("baselines/for_fleets.py:LQGOfFleet", "DrillRigDrift-v0", "`lqg`, tuned on a fleet"),
+        ),
+        home="drift",
+    ),
+    _Group(
         "**Where the drive is ours to change.** Softened gains, those of `soft_torque`, free most rigs without any "
         "agent; what an agent adds is small, and on the rig's own drive these agents do not work:\n",
         (("soft_torque", "DrillRig-v0", "action 0, same drive (`soft_torque`)"),),

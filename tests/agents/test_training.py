@@ -1,4 +1,5 @@
 import json
+import zipfile
 from dataclasses import fields
 from pathlib import Path
 
@@ -141,6 +142,8 @@ def test_curves_hold_the_mitigated_share(tmp_path):
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
     folder = train(small(tmp_path, tensorboard=True))
+    with zipfile.ZipFile(folder / "model.zip") as archive:
+        assert str(tmp_path) not in archive.read("data").decode()  # it says nothing of this machine
     events = EventAccumulator(str(folder / "tensorboard_1"))
     events.Reload()
     assert {"drillrig/mitigated", "drillrig/cost", "eval/mitigated"} <= set(events.Tags()["scalars"])

@@ -50,14 +50,15 @@ def test_results_are_taken_in_before_the_page_is_written(pages, tmp_path):
     assert main(["drawn", "--docs", str(tmp_path), "--no-pictures", "--take-in", *new]) == 0
     assert pages == ["first", "second"]
     assert (tmp_path / "drawn.md").read_text() == "second\n"
+    assert main(["plain", "drawn", "--docs", str(tmp_path), "--no-pictures", "--take-in", new[0]]) == 0
+    assert (tmp_path / "drawn.md").read_text() == "first\n"
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
         (["drwan"], "page 'drwan' is not known; did you mean drawn?"),
-        (["plain", "--take-in", "x"], "--take-in is for one page, drawn"),
-        (["--take-in", "x"], "--take-in is for one page, drawn"),
+        (["plain", "--take-in", "x"], "--take-in is for drawn, one of them"),
         (["drawn", "--check", "--take-in", "x"], "--take-in writes, --check does not"),
     ],
 )
