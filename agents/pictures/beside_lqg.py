@@ -99,7 +99,7 @@ def _target(alone: Suite, steps: int) -> FloatArray:
     core.reset(np.arange(1), first_uniforms(alone.first_seed, 1), {**alone.groups[0][1], "start": "steady"})
     rig = core.episodes[0]
     stepped = CONTROL_PERIOD * np.arange(steps) >= rig["target_time"]
-    return np.where(stepped, rig["next_target"], rig["speed_target"])
+    return np.asarray(np.where(stepped, rig["next_target"], rig["speed_target"]))
 
 
 def _made(contestant: Contestant, alone: Suite) -> Policy:
