@@ -58,6 +58,7 @@ def search(
             if is_ray(engine):
                 with engine:
                     tune(engine, running, Tries(question.ask, question.steps, question.first_look))
+                running.end_open()
             else:
                 running.here()
             if running.failures >= _FAILURES:
@@ -133,6 +134,14 @@ class _Search:
             how = f"{worth(held):.4f}, ended early after {steps_of(held):,} steps"
         self.say(f"try {number}: {how}; {self._steps():,} of {self.steps:,} steps")
         self.study.write(picture=False)
+
+    def end_open(self) -> None:
+        """End tries that were on their way when there was enough, also one to be begun again: their steps were taken.
+
+        One that told nothing stays cut.
+        """
+        for number in [number for number, steps in self._of.items() if steps]:
+            self.ended(number)
 
     def here(self) -> None:
         """Tries one after another in this process; Optuna's own pruner ends those early that fall behind."""

@@ -205,6 +205,28 @@ def test_it_is_told_how_far_a_search_is(tmp_path, monkeypatch, capsys):
     assert lines[5].endswith("after 500 of 1,000 steps; 25% of the budget is spent")
 
 
+def test_a_try_that_was_to_be_begun_again_when_there_was_enough_has_ended(tmp_path, monkeypatch):
+    """Its worker was lost, and then nobody tells of it any more; its steps were taken."""
+
+    class Elsewhere(Local):
+        here = False
+
+    def tune(engine, asker, tries):
+        first, lost, _ = (asker.ask()[0] for _ in range(3))
+        asker.told(lost, 1200, 0.3)
+        asker.told(first, 2800, 0.5)
+        asker.ended(first)
+        assert asker.enough()
+
+    monkeypatch.setattr(search, "is_ray", lambda engine: True)
+    monkeypatch.setattr(search, "tune", tune)
+    asked = question(tmp_path)
+    found = search.search(tmp_path / "study", asked, 4000, None, Elsewhere(), lambda line: None)
+    assert found.spent == 4000
+    assert len(found.done) == 2
+    assert Study(tmp_path / "study", asked).take_up_cut() == 1
+
+
 def test_several_at_a_time_are_for_ray(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="--on ray does tries side by side"):
         searched(tmp_path / "study", question(tmp_path), Pretends(), monkeypatch, engine=Local(2))
