@@ -19,9 +19,10 @@ from drillrig_env import markdown
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.report import markdown_table
-from drillrig_env.evaluation.suites import OF_ONE_RIG
+from drillrig_env.evaluation.suites import OF_ONE_RIG, suite
 from drillrig_env.evaluation.tables import HARDNESS, MAIN, OTHERS, TABLES, Row, Table, stored_row
 from drillrig_env.files import write_text
+from drillrig_env.verdict import CALM_INDEX
 
 CARD = "README.md"
 
@@ -47,6 +48,17 @@ while not over:
 print(info["is_success"])  # whether the last 10 s were calm and at the target
 """
 """How to load and run an agent of the name NAME."""
+
+
+def _verdict(env_id: str) -> str:
+    """What to know of the example's last line: a rig on a tilted disc is judged otherwise in its suite."""
+    own = suite(home_suite(env_id), 1).calm_index
+    if own == CALM_INDEX:
+        return ""
+    return (
+        f"There calm is a stick-slip index below {CALM_INDEX:g}, which such a rig hardly ever has; the scores above "
+        f"count it as calm below {own:g}, where the bit is certain not to stop.\n\n"
+    )
 
 
 def write_card(name: str, trained: Path = TRAINED) -> Path:
@@ -173,7 +185,7 @@ def _use(name: str, agent: Agent) -> str:
         "that was scored."
     )
     return (
-        f"## Use\n\n{drive}\n\n```python\n{EXAMPLE.replace('NAME', name)}```\n\n"
+        f"## Use\n\n{drive}\n\n```python\n{EXAMPLE.replace('NAME', name)}```\n\n{_verdict(agent.config['env_id'])}"
         f"`python eval.py constant z_torque {name} --env {agent.config['env_id']}` compares it, "
         f"`python -m agents.export {name}` writes it as one ONNX file that needs neither this package "
         f"nor PyTorch.\n"

@@ -51,3 +51,9 @@ def test_the_uses_have_the_training_times_of_the_card():
 def test_cards_in_the_package_are_up_to_date(name):
     written = (TRAINED / name / CARD).read_text(encoding="utf-8")
     assert written == card(name), "out of date; run: python -m docs.make cards"
+
+
+def test_the_example_says_where_its_verdict_is_another_than_the_scores():
+    drift, other = (card(name) for name in ("ppo_drift", "ppo_unknown"))
+    assert "count it as calm below 0.5, where the bit is certain not to stop" in drift
+    assert "certain not to stop" not in other
