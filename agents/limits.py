@@ -14,7 +14,6 @@ stopped goes on when the command is given again. `--overwrite` begins anew.
 
 from __future__ import annotations
 
-import hashlib
 import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,14 +28,14 @@ from agents.unknown import BESIDE
 from drillrig_env import markdown
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
-from drillrig_env.env.sensors import Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.provenance import provenance
+from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import Suite, suite
-from drillrig_env.evaluation.tables import HARDNESS, MAIN, Column
-from drillrig_env.files import check_writable_file, json_text, read_json, write_text
+from drillrig_env.evaluation.tables import HARDNESS, MAIN, estimates, stored_row
+from drillrig_env.files import check_writable_file, digest, json_text, read_json, write_text
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import context_of, make_policy
 from drillrig_env.progress import Progress
@@ -98,7 +97,7 @@ def conditions(rigs: int) -> dict[str, Suite]:
     }
 
 
-Found = dict[str, dict[str, dict[str, dict[str, float | None]]]]
+Found = dict[str, dict[str, dict[str, dict[str, Any]]]]
 """Estimates by condition, policy and column."""
 
 
@@ -113,7 +112,9 @@ def limits(names: Sequence[str], rigs: int = RIGS, kept: Mapping[str, Any] | Non
     with Progress("what limits", parts=len(asked)) as progress:
         for condition, one in asked.items():
             task = Task.of(sensors="surface", scenario=one.scenario, **one.env)
-            known = {**context_of(task), **({"sensors": _at_once(task)} if task.delays == (0, 0) else {})}
+            known = context_of(task)
+            if task.delays == (0, 0):  # and that is known
+                known["sensors"] = replace(task.sensors, delay=0)
             rows, before = {}, found.get(condition, {})
             for number, (words, policy) in enumerate(policies.items(), 1):
                 if words in before:
@@ -122,7 +123,7 @@ def limits(names: Sequence[str], rigs: int = RIGS, kept: Mapping[str, Any] | Non
                     made = make_policy(policy, **known) if isinstance(policy, str) else policy
                     scores = score(run(made, one, sensors="surface"))
                     about = {**scores, "seed": np.full(len(scores["mitigated"]), "")}
-                    rows[words] = {column.heading: _entry(column, about) for column in COLUMNS}
+                    rows[words] = {name: vars(estimate) for name, estimate in estimates(about, COLUMNS).items()}
                 progress.show(condition, number, len(policies))
             found[condition] = rows
             yield found
@@ -138,7 +139,7 @@ def _digest(name: str) -> str:
     model = find_run(name) / MODEL
     if not model.is_file():
         raise ValueError(f"{model.parent}: the run has no {MODEL}; it may have been stopped before the first save")
-    return hashlib.sha256(model.read_bytes()).hexdigest()[:16]
+    return digest(model)[:16]
 
 
 def _kept(path: Path, rigs: int, models: Mapping[str, str]) -> dict[str, Any]:
@@ -150,18 +151,6 @@ def _kept(path: Path, rigs: int, models: Mapping[str, str]) -> dict[str, Any]:
     same |= set(BESIDE.values())
     conditions = before["conditions"].items()
     return {condition: {words: row for words, row in rows.items() if words in same} for condition, rows in conditions}
-
-
-def _at_once(task: Task) -> Sensors:
-    """The sensors of a task, known not to be late."""
-    return replace(task.sensors, delay=0)
-
-
-def _entry(column: Column, scores: Mapping[str, Any]) -> dict[str, float | None]:
-    if not column.chosen(scores).any():
-        return {"value": None, "low": None, "high": None}
-    estimate = column.estimate(scores)
-    return {"value": estimate.value, "low": estimate.low, "high": estimate.high}
 
 
 def table(content: Mapping[str, Any]) -> str:
@@ -193,22 +182,9 @@ def section(content: Mapping[str, Any] | None) -> str:
     ]
     for condition in _BY_HARDNESS:
         if condition in found:
-            parts += [f"\nBy hardness q, {condition}:\n", _by_hardness(found[condition])]
+            rows = {words: stored_row(entries) for words, entries in found[condition].items()}
+            parts += [f"\nBy hardness q, {condition}:\n", markdown_table(HARDNESS, rows, {}, "mitigated")]
     return "\n".join([*parts, "", f"*{markdown.sentence(HARDNESS.caption)}*\n"])
-
-
-def _by_hardness(policies: Mapping[str, Mapping[str, Mapping[str, float | None]]]) -> str:
-    """A Markdown table: a row a policy, a column a bin of hardness, with 95 % intervals."""
-    headings = [column.heading for column in HARDNESS.columns]
-    rows = [[words, *(_cell(columns[heading]) for heading in headings)] for words, columns in policies.items()]
-    return markdown.table(["mitigated", *headings], rows)
-
-
-def _cell(entry: Mapping[str, float | None]) -> str:
-    value, low, high = (entry[name] for name in ("value", "low", "high"))
-    if value is None or low is None or high is None:
-        return "none"
-    return f"{value:.3f} ({low:.2f} to {high:.2f})"
 
 
 if __name__ == "__main__":
