@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from agents.policy.environment import task_of
 from drillrig_env.arrays import FloatArray
 from drillrig_env.drive import Drive
-from drillrig_env.env.task import TASK_FIELDS, Task
 
 SAME_DRIVE = "action 0, same drive"
 """What tables call it."""
@@ -26,7 +26,7 @@ class ActionZero:
 
     def __init__(self, environment: Mapping[str, Any]) -> None:
         self.environment = environment
-        task = Task.of({name: value for name, value in environment.items() if name in TASK_FIELDS})
+        task = task_of(environment)
         self._step = task.slew_limit * task.control_period
         self._away: FloatArray = np.zeros(1)  # of the target from the reference, rad/s
 

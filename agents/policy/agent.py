@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from stable_baselines3.common.base_class import BaseAlgorithm
 
-from agents.policy.environment import environment_arguments
+from agents.policy.environment import environment_arguments, task_of
 from agents.policy.frames import no_frames, push
 from agents.policy.memory import Rows, layers_of, lstm_of, rows_of
 from agents.policy.observer import ESTIMATED, Observer
 from drillrig_env.drive import Drive
 from drillrig_env.env.sensors import Sensors
-from drillrig_env.env.task import TASK_FIELDS, Task
+from drillrig_env.env.task import Task
 from drillrig_env.policy import AtHome
 from drillrig_env.policy.given import check_state, flags_of, observations_of
 from drillrig_env.scales import SLEW_LIMIT, Scales
@@ -39,8 +39,7 @@ class Agent(AtHome):
     def __init__(self, model: BaseAlgorithm, config: Mapping[str, Any]) -> None:
         self.model, self.config = model, config
         self.frames = int(config["hyperparameters"].get("frame_stack", 1))
-        of_task = {name: value for name, value in self.environment.items() if name in TASK_FIELDS}
-        self._task = Task.of(of_task)  # in which it was trained
+        self._task = task_of(self.environment)  # in which it was trained
         name = config["hyperparameters"].get("observer")
         self.observer = None if name is None else Observer(name, self._task)
         self._acting = self.slew_limit  # what its action 1 stands for now, rad/s^2

@@ -19,7 +19,7 @@ from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.reward import Reward
 from drillrig_env.env.sb3 import DrillRigVecEnv
 from drillrig_env.env.scenario import Scenario
-from drillrig_env.env.task import TASK_FIELDS
+from drillrig_env.env.task import TASK_FIELDS, Task
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.rig import Rig
 from drillrig_env.scales import Scales
@@ -40,6 +40,11 @@ def environment_arguments(env_id: str, env_kwargs: Mapping[str, Any]) -> dict[st
         allowed = "False; train.py ppo_asymmetric tells a critic, and docs/environment.md has a recipe for another"
         raise refuse(env_id, "privileged", True, "", allowed)
     return {**drillrig_env.ENVIRONMENTS[env_id], **env_kwargs}
+
+
+def task_of(arguments: Mapping[str, Any]) -> Task:
+    """The task that arguments of an environment make; those of the machine, such as threads, are left out."""
+    return Task.of({name: value for name, value in arguments.items() if name in TASK_FIELDS})
 
 
 def scaled_arguments(env_kwargs: Mapping[str, Any], scales: Scales) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
-from agents.policy.environment import batch_of, environment_arguments, make_environment
+from agents.policy.environment import batch_of, environment_arguments, make_environment, task_of
 from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new_run, read_config, write_config
 from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
@@ -113,11 +113,9 @@ def _environment(config: Mapping[str, Any], threads: int | None) -> VecEnv:
 
 
 def _own(config: Mapping[str, Any]) -> dict[str, Any]:
-    """Of the environment's own arguments those that a curriculum gives anew."""
-    given = environment_arguments(config["env_id"], config["env_kwargs"])
-    return {
-        name: given.get(name, default) for name, default in (("scenario", "default"), ("noise", None), ("delay", None))
-    }
+    """Of the environment's own task what a curriculum gives anew."""
+    task = task_of(environment_arguments(config["env_id"], config["env_kwargs"]))
+    return {"scenario": task.scenario, "noise": task.noise, "delay": task.delay}
 
 
 def _learn(
