@@ -19,6 +19,7 @@ import numpy as np
 import torch
 from gymnasium import spaces
 from stable_baselines3.common.base_class import BaseAlgorithm
+from torch import nn
 
 from agents.policy.environment import environment_arguments
 from agents.policy.observer import ESTIMATED
@@ -39,8 +40,7 @@ def load_weights(path: Path, config: Mapping[str, Any]) -> BaseAlgorithm:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            weights = torch.load(io.BytesIO(archive.read(_WEIGHTS)), map_location="cpu", weights_only=True)
-            steps = _steps(archive)
+            weights, steps = _tensors(archive, _WEIGHTS), _steps(archive)
     except pickle.UnpicklingError as error:
         raise ValueError(f"{path} holds more than weights and is not read, since that could run any code") from error
     except _DAMAGED as error:
@@ -55,6 +55,21 @@ def load_weights(path: Path, config: Mapping[str, Any]) -> BaseAlgorithm:
         raise ValueError(f"{path} does not fit the network of its config.json; {_REMEDY}") from error
     model.num_timesteps = steps
     return model
+
+
+def give_saved(module: nn.Module, path: Path, name: str) -> bool:
+    """Give a network the weights that a `model.zip` holds by this name beside the policy's; whether it has such."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            module.load_state_dict(_tensors(archive, f"{name}.pth"))
+    except (pickle.UnpicklingError, *_DAMAGED):
+        return False
+    return True
+
+
+def _tensors(archive: zipfile.ZipFile, name: str) -> dict[str, torch.Tensor]:
+    found: dict[str, torch.Tensor] = torch.load(io.BytesIO(archive.read(name)), map_location="cpu", weights_only=True)
+    return found
 
 
 def saved_steps(path: Path) -> int:

@@ -42,6 +42,9 @@ class AsymmetricPPO(RecurrentPPO):
     `enable_critic_lstm=False`, since the policy's own critic is not used.
     """
 
+    beside_policy = ("critic", "estimator")
+    """What it learns with that is no part of its policy."""
+
     def __init__(
         self,
         policy: Any,

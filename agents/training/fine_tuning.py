@@ -14,8 +14,10 @@ from stable_baselines3.common.vec_env import VecEnv, VecFrameStack, unwrap_vec_n
 from agents.policy.agent import Agent
 from agents.policy.environment import batch_of, environment_arguments, scaled_arguments
 from agents.policy.observer import ShowsEstimates, estimates_of
-from agents.policy.run_folder import find_run, load_policy, read_config
-from agents.training.hyperparameters import algorithm_arguments, algorithm_class
+from agents.policy.run_folder import MODEL, find_run, load_policy, read_config
+from agents.policy.weights import give_saved
+from agents.recurrent.told import ShowsPolicy
+from agents.training.hyperparameters import TOLD, algorithm_arguments, algorithm_class
 from drillrig_env.drive import Drive
 from drillrig_env.env.task import Task
 from drillrig_env.parameters import closest, refuse
@@ -26,10 +28,11 @@ def take_weights(model: BaseAlgorithm, name: str) -> None:
     """Give `model` the weights of an agent, by name or by its run's folder: those of its actor and of its critic.
 
     A warning names what in the model's environment lets observations and actions mean something else than where the
-    agent learnt: drive, slew limit, control period, channels. `ValueError` where there is no such agent, or its network
-    is another one.
+    agent learnt: drive, slew limit, control period, channels; another, that a critic begins anew, since it is told of
+    other things here. `ValueError` where there is no such agent, or its network is another one.
     """
-    agent = load_policy(find_run(name))
+    folder = find_run(name)
+    agent = load_policy(folder)
     trained = agent.model
     own, theirs = model.observation_space.shape, trained.observation_space.shape
     if own != theirs:
@@ -38,6 +41,9 @@ def take_weights(model: BaseAlgorithm, name: str) -> None:
         model.policy.load_state_dict(trained.policy.state_dict())
     except RuntimeError as error:
         raise ValueError(f"{name} has another network than the one that is to begin with it") from error
+    for beside in getattr(model, "beside_policy", ()):
+        if not give_saved(getattr(model, beside), folder / MODEL, beside):
+            warnings.warn(f"{name}: its {beside} begins anew: it has none that fits what is told here", stacklevel=3)
     if differs := _means_otherwise(agent, rig_environment(model.get_env()).task):
         warnings.warn(
             f"{name}: begins as another policy than it was, for the environment is not the one it learnt in: "
@@ -72,8 +78,8 @@ def _means_otherwise(agent: Agent, task: Task) -> list[str]:
 def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
     """An agent, by name or by its run's folder, as a model of Stable-Baselines3 that learns on in `env`.
 
-    `env` is what `drillrig_env.make_sb3` gives; the agent's observer and frames are put around it where they
-    are missing.
+    `env` is what `drillrig_env.make_sb3` gives, with `privileged=True` for an agent whose critic is told more than it
+    sees; the agent's observer and frames are put around it where they are missing.
     `changes` are arguments of the algorithm in place of those of the training, such as `learning_rate`; a rate that
     falls over a training begins anew at its start. An environment in which the agent begins as another policy is warned
     of. Raises `ValueError` where `env` is something else, shows something else or normalises what it shows, and for a
@@ -87,7 +93,10 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
         raise refuse(name, "environment to learn on in", env, "", "what drillrig_env.make_sb3 gives")
     if (normalised := unwrap_vec_normalize(env)) is not None and normalised.norm_obs:
         raise refuse(name, "norm_obs of VecNormalize", True, "", "False: it has learnt from observations as they come")
-    if not isinstance(env.observation_space, spaces.Box):
+    told, shown = config["algorithm"] in TOLD, isinstance(env.observation_space, spaces.Dict)
+    if told and not isinstance(batch_of(env).observation_space, spaces.Dict):
+        raise refuse(name, "privileged", False, "", "True: its critic is told more than it sees")
+    if shown and not told:
         raise refuse(name, "privileged", True, "", "False: it has learnt from one array of observations")
     made: Any = algorithm_class(config["algorithm"])
     known = [argument for argument in inspect.signature(made).parameters if argument != "env"]
@@ -95,6 +104,8 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
         if change not in known:
             raise ValueError(f"{name}: {config['algorithm']} takes no argument {change!r}; {closest(change, known)}")
     chosen = {**config["hyperparameters"], "device": "cpu", **changes}
+    if shown:
+        env = ShowsPolicy(env)
     frames, observer = int(chosen.get("frame_stack", 1)), chosen.get("observer")
     if observer is not None and estimates_of(env) is None and not isinstance(env, VecFrameStack):
         env = ShowsEstimates(env, observer, batch_of(env).core.task)

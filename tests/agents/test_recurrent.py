@@ -12,11 +12,13 @@ from agents.recurrent.imitation import imitate_episodes
 from agents.recurrent.sequences import Sequences
 from agents.recurrent.through_estimates import ToldActor
 from agents.recurrent.told import TERMINAL, told_of
+from agents.training.fine_tuning import load_trainable
 from agents.training.hyperparameters import algorithm_class, hyperparameters
 from agents.training.imitation import Imitation, Teacher, actor_of, imitation_cost, share_of_student
 from agents.training.settings import Training
 from agents.training.train import train
 from agents.training.warm_up import WarmUp, stagger
+from drillrig_env import make_sb3
 from drillrig_env.env.privileged import PRIVILEGED
 from drillrig_env.policy import check_policy, context_of
 from tests.agents.tiny import ASYMMETRIC
@@ -265,8 +267,9 @@ def test_the_students_share_grows():
     assert [share_of_student(how, number) for number in range(4)] == pytest.approx([0.0, 0.5, 0.7, 0.9])
 
 
-def test_a_trained_one_acts_from_its_folder_and_learns_on(tmp_path):
-    folder = train(
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return train(
         Training(
             "ppo_asymmetric",
             "DrillRigUnknown-v0",
@@ -275,11 +278,14 @@ def test_a_trained_one_acts_from_its_folder_and_learns_on(tmp_path):
             env_kwargs={"duration": 4.0, "scenario": FEW},
             eval_freq=320,
             eval_episodes=4,
-            run_folder=tmp_path / "run",
+            run_folder=tmp_path_factory.mktemp("runs") / "run",
             tensorboard=False,
             progress=False,
         )
     )
+
+
+def test_a_trained_one_acts_from_its_folder_and_learns_on(folder):
     agent = load_policy(folder)
     check_policy(agent, **context_of(agent.task))
     env = make_environment("DrillRigUnknown-v0", 3, 5, SHORT)
@@ -295,3 +301,34 @@ def test_a_trained_one_acts_from_its_folder_and_learns_on(tmp_path):
     steps = learner.num_timesteps
     learner.learn(80, reset_num_timesteps=False)
     assert learner.num_timesteps == steps + 80
+
+
+def trainable(folder, **changes):
+    """The agent in an environment to learn on in."""
+    given = {"env_id": "DrillRigUnknown-v0", "seed": 0, **SHORT, "privileged": True, **changes}
+    return load_trainable(str(folder), make_sb3(8, **given))
+
+
+def test_what_begins_with_it_has_its_critic_and_its_estimates_too(folder):
+    theirs = algorithm_class("ppo_asymmetric").load(folder / "model.zip", device="cpu")
+    begun = trainable(folder)
+    for name in ("policy", "critic", "estimator"):
+        own, taken = getattr(begun, name).state_dict(), getattr(theirs, name).state_dict()
+        assert all(torch.equal(own[one], taken[one]) for one in taken), name
+    before = begun.critic[0].weight.detach().clone()
+    begun.learn(160)
+    assert not torch.equal(begun.critic[0].weight, before)
+
+
+def test_a_critic_that_is_told_of_other_things_begins_anew_and_that_is_said(folder):
+    with pytest.warns(UserWarning, match="begins anew") as warned:
+        begun = trainable(folder, scenario={"tilt": {"share": 0.1, "turns": [1, 2]}})
+    assert [str(one.message).split(": ", 1)[1] for one in warned] == [
+        f"its {name} begins anew: it has none that fits what is told here" for name in ("critic", "estimator")
+    ]
+    begun.learn(160)
+
+
+def test_where_no_critic_can_be_told_is_refused(folder):
+    with pytest.raises(ValueError, match="privileged = False is not allowed; allowed: True: its critic is told more"):
+        trainable(folder, privileged=False)
