@@ -12,7 +12,7 @@ A rig and its friction are fitted to that from the nominal ones, with the drive'
 known beforehand no better than as the suite draws it: string, discs and friction within a factor of 2, the motor within
 10 %. Where the fit fails, tells of a misfit, or cannot be designed for, the nominal rig stays in its place, and is
 counted. `LQGCalibrated` is `lqg` with filter, gains and law of friction of what was fitted. It plays the 16 episodes of
-that rig, as do all that it stands beside.
+that rig, as do all that it stands beside; `ppo_unknown` among them has no record, and finds out while it controls.
 
 The file is written after each rig, and what it holds is not fitted again: a run that was stopped goes on when the
 command is given again, also with more rigs.
@@ -42,12 +42,14 @@ from benchmarks.minute_of_records import KNOWN, NOMINAL, Found, fleet_of, found_
 from drillrig_env.allowed import Allowed, File
 from drillrig_env.calibrate.unknowns import values_of
 from drillrig_env.command_line import Parser, command
+from drillrig_env.evaluation.report import cell
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.statistics import Estimate, mean, over_rigs
 from drillrig_env.evaluation.suites import LARGEST_FLEET, Suite, suite
 from drillrig_env.files import check_writable_file, read_json
 from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
+from drillrig_env.policy import Policy, load
 
 COMMAND = "python -m benchmarks.calibrated_rigs"
 FILE = Path(__file__).parents[1] / "docs" / "agents" / "calibrated.json"
@@ -62,29 +64,37 @@ POLICIES: dict[str, type[Baseline]] = {
 }
 """Who is judged, by what the table calls them; * is told what no real rig tells."""
 
+AGENT = "ppo_unknown"
 _CALIBRATED = "`LQGCalibrated`"
 
 
 def mitigated(judged: Suite, found: Sequence[Found]) -> dict[str, npt.NDArray[Any]]:
     """Of each policy whether it mitigated each episode of a suite, shape (episodes,)."""
+    fleet = judged.scenario.rigs
+    policies: dict[str, Policy] = {
+        name: kind("surface", fleet=fleet_of(found) if kind is LQGCalibrated else fleet)
+        for name, kind in POLICIES.items()
+    }
     outcomes = {}
-    for name, kind in POLICIES.items():
-        fleet = fleet_of(found) if kind is LQGCalibrated else judged.scenario.rigs
-        outcomes[name] = score(run(kind("surface", fleet=fleet), judged, sensors="surface", threads=1))["mitigated"]
+    for name, policy in {**policies, f"`{AGENT}`": load(AGENT)}.items():
+        outcomes[name] = score(run(policy, judged, sensors="surface", threads=1))["mitigated"]
         note(f"{name}: {outcomes[name].mean():.3f}")
     return outcomes
 
 
 def rows_of(outcomes: Mapping[str, npt.NDArray[Any]], rigs: int) -> list[list[str]]:
     """A row a policy: its share, its share less that of `lqg`, and that of the calibrated one less its own."""
-    rows = []
-    for name, own in outcomes.items():
-        place = np.repeat(np.arange(rigs), len(own) // rigs)
-        shares = [over_rigs(own, place)]
-        for more, less in ((own, outcomes["`lqg`"]), (outcomes[_CALIBRATED], own)):
-            shares.append(over_rigs(more.astype(float) - less, place, mean))
-        rows.append([name, *(_in_words(one, sign) for one, sign in zip(shares, ("", "+", "+"), strict=True))])
-    return rows
+    place = np.repeat(np.arange(rigs), len(outcomes[_CALIBRATED]) // rigs)
+
+    def less(more: str, one: str) -> str:
+        return (
+            "" if more == one else _in_words(over_rigs(outcomes[more] * 1.0 - outcomes[one], place, mean), signed=True)
+        )
+
+    return [
+        [name, _in_words(over_rigs(own, place)), less(name, "`lqg`"), less(_CALIBRATED, name)]
+        for name, own in outcomes.items()
+    ]
 
 
 def errors_of(kinds: Sequence[Kind], found: Sequence[Found]) -> list[list[str]]:
@@ -105,8 +115,9 @@ def _value(values: Mapping[str, float], name: str) -> float:
     return sum(values[part] for part in name.split(" + "))
 
 
-def _in_words(found: Estimate, sign: str) -> str:
-    return f"{found.value:{sign}.3f} ({found.low:{sign}.2f} to {found.high:{sign}.2f})"
+def _in_words(found: Estimate, signed: bool = False) -> str:
+    value, interval = cell(found, 3, signed)
+    return f"{value} ({interval})" if interval else value
 
 
 @command

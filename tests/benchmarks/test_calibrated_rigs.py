@@ -28,7 +28,7 @@ def test_a_run_that_is_stopped_goes_on_where_it_was(few, monkeypatch, capsys):
 
     def played(suite, found):
         judged.append(found)
-        return {name: np.arange(32) < 16 for name in calibrated_rigs.POLICIES}
+        return {name: np.arange(32) < (8 if name == "`LQROfRig` *" else 16) for name in calibrated_rigs.POLICIES}
 
     monkeypatch.setattr(calibrated_rigs, "found_of", stopped)
     monkeypatch.setattr(calibrated_rigs, "mitigated", played)
@@ -41,7 +41,8 @@ def test_a_run_that_is_stopped_goes_on_where_it_was(few, monkeypatch, capsys):
     assert [one.values for one in judged[0]] == [{}, {"k_2": 0.5}]
     assert json.loads(few.read_text())["results"]["mitigated"]["`lqg`"] == [16, 0]
     told = capsys.readouterr().out
-    assert "| `lqg` | 0.500 (0.00 to 1.00) | +0.000 (+0.00 to +0.00) |" in told
+    assert "| `lqg` | 0.500 (0.00-1.00) | | +0.000 |" in told
+    assert "| `LQROfRig` * | 0.250 (0.00-0.50) | -0.250 (-0.50 +0.00) | +0.250 (+0.00 +0.50) |" in told
     assert "2 rigs; 1 of the fits failed" in told
     with pytest.raises(SystemExit):
         calibrated_rigs.main([*command, "--seed", "1"])
