@@ -100,13 +100,6 @@ TRIES = (
     _frames(8),
     _frames(20),
     _frames(40),
-    Try("larger", "an LSTM of 256", hyperparams={"policy_kwargs": _MEMORY.format(256)}),
-    Try("longer", "sequences of 20 s, in place of 10 s", hyperparams={"n_steps": 200}),
-    Try(
-        "fleet_64",
-        "a fleet of 64 rigs, in place of 512",
-        scenario={"rigs": {"spread": {"string": 2.0, "inertias": 2.0, "friction": 2.0, "motor": 1.1}, "count": 64}},
-    ),
     Try("nominal", "the nominal rig alone, in place of a fleet", scenario={"rigs": None, "spread": 0.2}),
     Try(
         "curriculum",

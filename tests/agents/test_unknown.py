@@ -16,6 +16,7 @@ from drillrig_env.seeds import EVALUATION_FLEETS, TRAINING_FLEETS, VALIDATION_FL
 
 CONFIGS = {one.name: checked_config(one.setting().training) for one in TRIES}
 PIECES = {
+    "like_ensemble": {"imitation"},
     "imitation": {"critic_iterations", "n_timesteps"},
     "alone": {"imitation", "critic_iterations", "policy_kwargs"},
     "through_estimates": {"estimates", "through_estimates", "critic_iterations", "n_timesteps"},
@@ -27,9 +28,6 @@ PIECES = {
     "frames_8": {"frame_stack"},
     "frames_20": set(),
     "frames_40": {"frame_stack"},
-    "larger": {"policy_kwargs"},
-    "longer": {"n_steps"},
-    "fleet_64": {"rigs"},
     "nominal": {"rigs", "spread"},
     "curriculum": {"curriculum"},
 }
