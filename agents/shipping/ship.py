@@ -135,7 +135,7 @@ def ship(
         "pooled": {one: tables_of_card(tables[name], one == home) for one, tables in results.estimates.items()},
         "alone": {one: tables_of_card(tables[name], one == home) for one, tables in all_estimates(alone, name).items()},
         "endurance": held,
-        "fails": where_each_fails(results)[0].removeprefix(f"`{name}`: "),
+        "fails": where_each_fails(results, home)[0].removeprefix(f"`{name}`: "),
         "failures": counts,
         "action_zero": in_its_place(agent.environment, sizes, home),
     }

@@ -113,7 +113,7 @@ def _environment(env: str, results: Results) -> list[str]:
             parts += [f"### {env}: who wins where\n", *(f"- {sentence}" for sentence in who_wins(results)), ""]
             parts += [
                 f"### {env}: where each fails\n",
-                *(f"- {sentence}" for sentence in where_each_fails(results)),
+                *(f"- {sentence}" for sentence in where_each_fails(results, suite)),
                 "",
             ]
     return parts

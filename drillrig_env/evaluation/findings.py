@@ -28,15 +28,19 @@ def who_wins(results: Results) -> list[str]:
     return [_winners(words, rows, heading, results.privileged) for words, rows, heading in asked if rows]
 
 
-def where_each_fails(results: Results) -> list[str]:
-    """A sentence a policy: its worst region, hardness and suite, and what becomes of the rigs that it fails."""
-    sentences = []
+def where_each_fails(results: Results, home: str = "default") -> list[str]:
+    """A sentence a policy: its worst region, hardness and suite, and what becomes of the rigs that it fails.
+
+    Region and hardness are those of the suite `home`, which is named where it is not `default`.
+    """
+    sentences, of_home = [], "" if home == "default" else f" of `{home}`"
     for policy in results.policies:
         worst = []
-        headline = _rows(results, "default").get(policy)
+        headline = _rows(results, home).get(policy)
         if headline:
-            worst.append(_worst({words: headline[heading] for heading, words in _REGIONS.items()}, "region"))
-            bins = _rows(results, "default", "hardness")[policy]
+            regions = {words: headline[heading] for heading, words in _REGIONS.items()}
+            worst.append(_worst(regions, f"region{of_home}"))
+            bins = _rows(results, home, "hardness")[policy]
             worst.append(_worst({heading: bins[heading] for heading in HARDNESS.headings}, "hardness"))
         suites = {
             f"`{suite}`": rows[policy]["mitigated"]
@@ -44,7 +48,7 @@ def where_each_fails(results: Results) -> list[str]:
             if policy in (rows := _rows(results, suite))
         }
         worst.append(_worst(suites, "suite"))
-        fates = _fates(results.scores.get("default", {}).get(policy))
+        fates = _fates(results.scores.get(home, {}).get(policy), home)
         sentences.append(f"`{policy}`: worst " + ", ".join(part for part in worst if part) + f".{fates}")
     return sentences
 
@@ -80,8 +84,8 @@ def _worst(found: Mapping[str, Estimate], kind: str) -> str:
     return f"{kind} {low} ({shares[low]:.1%})"
 
 
-def _fates(scores: Scores | None) -> str:
-    """What becomes of the rigs of `default` that are not mitigated."""
+def _fates(scores: Scores | None, suite: str) -> str:
+    """What becomes of the rigs of a suite that are not mitigated."""
     if scores is None or bool(scores["mitigated"].all()):
         return ""
     failed = ~scores["mitigated"]
@@ -93,4 +97,4 @@ def _fates(scores: Scores | None) -> str:
         "shake": ~calm & ~standing,
     }
     parts = [f"{np.mean(kind):.0%} {words}" for words, kind in kinds.items() if kind.any()]
-    return f" Of the rigs of `default` that it does not mitigate {listed(parts)}."
+    return f" Of the rigs of `{suite}` that it does not mitigate {listed(parts)}."

@@ -72,3 +72,9 @@ def test_a_share_of_a_few_rigs_is_nobodys_worst():
     found.add("default", "few", few)
     found.estimates = all_estimates(found.scores, "few")
     assert "region" not in where_each_fails(found)[0]
+
+
+def test_what_is_worst_is_told_of_the_suite_that_is_asked_for(results):
+    sentences = dict(line.split(": ", 1) for line in where_each_fails(results, "load"))
+    assert sentences["`far`"].startswith("worst region of `load` ")
+    assert "Of the rigs of `load` that it does not mitigate" in sentences["`far`"]
