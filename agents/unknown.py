@@ -73,11 +73,6 @@ TRIES = (
         "imitates the told regulator, and no more",
         hyperparams={"critic_iterations": 1, "n_timesteps": _ROLLOUT},
     ),
-    Try(
-        "like_ensemble",
-        "imitates `LQROnEnsemble`, which is told rig, law and delay, and sees what the network sees",
-        imitation={"teacher": "baselines/lqr_on_ensemble.py:LQROnEnsemble", "privileged": False},
-    ),
     Try("alone", "no imitation", hyperparams={**_ALONE, "policy_kwargs": _MEMORY.format("128, log_std_init=-0.5")}),
     Try(
         "through_estimates",
