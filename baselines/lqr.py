@@ -33,6 +33,9 @@ class LQR(CountedLaw):
     the set point) is above `shaking`, the set point rises at `rise` (rad/s^2) above the target; once calm it comes down
     at `ease`. What this cannot free no law of the speed reference is likely to.
 
+    With a `calm_effort` the `effort` weighs less the nearer the rig comes to `calm`: what is left of the swing there is
+    what noise makes of it, where the state is estimated, and a firm hand keeps it smallest.
+
     Tuning rule: `effort`, `shaking` and `ease` were chosen among a few on fleets that nothing is judged on.
     """
 
@@ -50,11 +53,15 @@ class LQR(CountedLaw):
         shaking: float = 0.3,
         rise: float = 2.0,
         ease: float = 0.5,
+        calm_effort: float | None = None,
+        calm: float = 0.15,
         **others: Any,
     ) -> None:
         super().__init__(sensors, rig, slew_limit, **others)
-        self.shaking, self.rise, self.ease = shaking, rise, ease
-        self.feedback = SetPointFeedback(self.plants, effort, self.period, ENTRIES)
+        self.shaking, self.rise, self.ease, self.calm = shaking, rise, ease, calm
+        self.feedback = self.calm_feedback = SetPointFeedback(self.plants, effort, self.period, ENTRIES)
+        if calm_effort is not None:
+            self.calm_feedback = SetPointFeedback(self.plants, calm_effort, self.period, ENTRIES)
 
     def desired_reference(
         self, seen: Mapping[str, FloatArray], privileged: Mapping[str, FloatArray], memory: FloatArray
@@ -81,4 +88,9 @@ class LQR(CountedLaw):
         self, friction: Friction, set_point: FloatArray, places: npt.NDArray[np.intp], shaking: FloatArray
     ) -> FloatArray:
         """The feedback about set points (rad/s) of shape (n,), where the rigs shake so much; shape (n, SIZE + 1)."""
-        return self.feedback.at(friction, set_point, places)
+        found = self.feedback.at(friction, set_point, places)
+        if self.calm_feedback is self.feedback:
+            return found
+        share = np.clip((shaking - self.calm) / (self.shaking - self.calm), 0.0, 1.0)[:, None]
+        firm = self.calm_feedback.at(friction, set_point, places)
+        return np.asarray(firm + share * (found - firm))

@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from baselines.ensemble import CHANNELS, FORCE, MEMBERS, SIZE, TOLD, Ensemble
-from baselines.lqr import ENTRIES, LQR
-from baselines.set_point_feedback import SetPointFeedback
+from baselines.lqr import LQR
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.sensors import LONGEST_DELAY
-from drillrig_env.friction import Friction
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.rig import RigLike
 
@@ -26,9 +24,8 @@ class LQROnEnsemble(LQR):
     """`LQR` on what an ensemble estimates; told the rig, the law of its friction and the delay, neither N_1 nor state.
 
     The ensemble (`baselines.ensemble`) follows the rig at the time of the last measurement; from there its mean is
-    simulated on to the present, with the references of the steps since. Set point and feedback are those of `LQR`, but
-    that the nearer the rig comes to calm, the less its `effort` weighs, down to `calm_effort`: from there on what is
-    left of the swing is what noise makes of it, and a firm hand keeps it smallest. `threads` as for the batch core.
+    simulated on to the present, with the references of the steps since. Set point and feedback are those of `LQR`, with
+    a `calm_effort`. `threads` as for the batch core.
 
     Tuning rule: `effort` and `calm_effort` were chosen among a few on a fleet to tune on, and so were the
     ensemble's numbers.
@@ -52,9 +49,7 @@ class LQROnEnsemble(LQR):
         threads: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit, effort, **others)
-        self.calm = calm
-        self.calm_feedback = SetPointFeedback(self.plants, calm_effort, self.period, ENTRIES)
+        super().__init__(sensors, rig, slew_limit, effort, calm_effort=calm_effort, calm=calm, **others)
         noise = {
             channel.name: max(channel.noise, _LEAST_NOISE * channel.scale) / self.unit(channel.name)
             for channel in self.sensors.channels
@@ -79,14 +74,6 @@ class LQROnEnsemble(LQR):
         states = {name: mean[:, i] for i, name in enumerate(STATE_NAMES)}
         known = {**privileged, "normal_force": np.exp(mean[:, FORCE])}
         return super().desired_reference({**seen, **states}, known, memory[:, : LQR.memory])
-
-    def _feedback(
-        self, friction: Friction, set_point: FloatArray, places: npt.NDArray[np.intp], shaking: FloatArray
-    ) -> FloatArray:
-        """That of `LQR`, and the nearer to calm, the firmer."""
-        share = np.clip((shaking - self.calm) / (self.shaking - self.calm), 0.0, 1.0)[:, None]
-        firm = self.calm_feedback.at(friction, set_point, places)
-        return np.asarray(firm + share * (self.feedback.at(friction, set_point, places) - firm))
 
     def _estimated(
         self, seen: Mapping[str, FloatArray], told: Mapping[str, FloatArray], memory: FloatArray

@@ -18,8 +18,9 @@ from baselines.lqr import LQR
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.friction import Friction
+from drillrig_env.rig import RigLike
 
-__all__ = ["JumpEaseOfBit", "JumpEaseOfRig", "LQGOfRig", "LQROfRig"]
+__all__ = ["FirmLQROfRig", "JumpEaseOfBit", "JumpEaseOfRig", "LQGOfRig", "LQROfRig"]
 
 _FRICTION = ("normal_force", "mu_s", "mu_k", "v_b")
 
@@ -43,6 +44,25 @@ class LQGOfRig(LQG):
 
 class LQROfRig(LQR):
     """`LQR`: the exact state, rig and friction. The ceiling."""
+
+
+class FirmLQROfRig(LQR):
+    """`LQROfRig` with the efforts of `LQROnEnsemble`: a teacher for what has to act on noisy measurements.
+
+    Who imitates a feedback of the exact state from measurements learns the feedback of what can be known of the state;
+    so the feedback has to be one that bears noise.
+    """
+
+    def __init__(
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: RigLike = None,
+        slew_limit: float | None = None,
+        effort: float = 30.0,
+        calm_effort: float = 0.3,
+        **others: Any,
+    ) -> None:
+        super().__init__(sensors, rig, slew_limit, effort, calm_effort=calm_effort, **others)
 
 
 class JumpEaseOfBit(JumpEaseEstimated):

@@ -5,7 +5,7 @@ import pytest
 
 from baselines import LQG, JumpEase
 from baselines.jump_ease import swing_of_a_ramp
-from baselines.told import JumpEaseOfBit, JumpEaseOfRig, LQGOfRig, LQROfRig
+from baselines.told import FirmLQROfRig, JumpEaseOfBit, JumpEaseOfRig, LQGOfRig, LQROfRig
 from baselines.tune import tuning_suite
 from drillrig_env import Friction, Rig
 from drillrig_env.env.core import EpisodeBatch
@@ -19,7 +19,7 @@ from drillrig_env.scales import Scales
 from drillrig_env.stability import basin_depth, critical_speed, fold_speed
 from tests.rigs import FIELD
 
-TOLD = (JumpEaseOfBit, JumpEaseOfRig, LQGOfRig, LQROfRig)
+TOLD = (FirmLQROfRig, JumpEaseOfBit, JumpEaseOfRig, LQGOfRig, LQROfRig)
 RIGS = (Rig(k_2=0.5, J_1=0.02), Rig(), Rig(k_1=0.8, K_T=0.12, K_E=0.07, J_3=0.03))
 FLEET = Fleet(rigs=RIGS)
 
@@ -39,7 +39,7 @@ def test_each_keeps_the_contract_with_a_fleet_and_without(kind):
     check_policy(kind, fleet=FLEET)
 
 
-@pytest.mark.parametrize("kind", [JumpEaseOfRig, LQGOfRig, LQROfRig])
+@pytest.mark.parametrize("kind", [FirmLQROfRig, JumpEaseOfRig, LQGOfRig, LQROfRig])
 def test_an_episode_gets_the_law_of_its_own_rig(kind):
     """As a policy that knows no other rig has it, on the same observations."""
     random = np.random.default_rng(0)
@@ -131,3 +131,14 @@ def test_rigs_around_one_of_another_size_are_counted_in_its_scales():
             factor = getattr(rig, name) / getattr(FIELD, name)
             assert getattr(plant, name) == pytest.approx(factor * getattr(policy.plant, name), rel=1e-12)
     assert scales.count(FIELD) == scales.counted == policy.plant
+
+
+def test_the_hand_is_the_firmer_the_nearer_to_calm():
+    """Feedback far from calm as with the one effort alone, at calm as with the other, and between them in between."""
+    firm = FirmLQROfRig(fleet=FLEET, effort=30.0, calm_effort=0.3)
+    alone = [LQROfRig(fleet=FLEET, effort=effort) for effort in (0.3, 30.0)]
+    places, friction = np.zeros(4, dtype=np.intp), Friction(20.0)
+    shaking = np.array([0.0, firm.calm, (firm.calm + firm.shaking) / 2.0, 2.0 * firm.shaking])
+    found, near, far = (one._feedback(friction, np.full(4, 3.0), places, shaking) for one in (firm, *alone))
+    assert not np.allclose(near, far)
+    np.testing.assert_allclose(found, [near[0], near[1], (near[2] + far[2]) / 2.0, far[3]], rtol=1e-12)
