@@ -73,6 +73,11 @@ TRIES = (
         "imitates the told regulator, and no more",
         hyperparams={"critic_iterations": 1, "n_timesteps": _ROLLOUT},
     ),
+    Try(
+        "firm",
+        "imitates a told regulator that is firmer near calm, `FirmLQROfRig`",
+        imitation={"teacher": "baselines/told.py:FirmLQROfRig"},
+    ),
     Try("alone", "no imitation", hyperparams={**_ALONE, "policy_kwargs": _MEMORY.format("128, log_std_init=-0.5")}),
     Try(
         "through_estimates",
