@@ -29,6 +29,8 @@ BESIDE = {
 _ROLLOUT = 102_400  # steps of the recipe between two updates
 _MEMORY = "dict(lstm_hidden_size={}, enable_critic_lstm=False, net_arch=dict(pi=[128], vf=[]), activation_fn=nn.ReLU)"
 _ALONE = {"imitation": None, "critic_iterations": 0}
+_FIRM = {"teacher": "baselines/told.py:FirmLQROfRig"}
+_ON_TARGET = {"reward": {"form": "phases", "variance": 0.03, "tracking": 0.27, "action": 0.003}}
 _EASY = {"string": 1.3, "inertias": 1.3, "friction": 1.3, "motor": 1.03}
 
 
@@ -73,11 +75,7 @@ TRIES = (
         "imitates the told regulator, and no more",
         hyperparams={"critic_iterations": 1, "n_timesteps": _ROLLOUT},
     ),
-    Try(
-        "firm",
-        "imitates a told regulator that is firmer near calm, `FirmLQROfRig`",
-        imitation={"teacher": "baselines/told.py:FirmLQROfRig"},
-    ),
+    Try("firm", "imitates a told regulator that is firmer near calm, `FirmLQROfRig`", imitation=_FIRM),
     Try("alone", "no imitation", hyperparams={**_ALONE, "policy_kwargs": _MEMORY.format("128, log_std_init=-0.5")}),
     Try(
         "through_estimates",
@@ -92,10 +90,13 @@ TRIES = (
         hyperparams={"observer": "baselines/for_fleets.py:LQGOfFleet"},
     ),
     Try("untold", "a critic that sees what the policy sees", hyperparams={"critic_told": False}),
+    Try("on_target", "rewards being on target nine times as much as being calm", env=_ON_TARGET),
     Try(
-        "on_target",
-        "rewards being on target nine times as much as being calm",
-        env={"reward": {"form": "phases", "variance": 0.03, "tracking": 0.27, "action": 0.003}},
+        "together",
+        "the firmer regulator, a memory that also learns to tell, the reward for being on target: as what ships",
+        env=_ON_TARGET,
+        imitation=_FIRM,
+        hyperparams={"estimates": 1.0},
     ),
     _frames(8),
     _frames(20),

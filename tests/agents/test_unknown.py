@@ -25,6 +25,7 @@ PIECES = {
     "observer_of_fleet": {"observer"},
     "untold": {"critic_told"},
     "on_target": {"reward"},
+    "together": {"reward", "imitation", "estimates"},
     "frames_8": {"frame_stack"},
     "frames_20": set(),
     "frames_40": {"frame_stack"},
