@@ -159,7 +159,7 @@ def _add_tuning(parser: Parser) -> None:
         "--budget-steps",
         type=of_kind(COUNT),
         metavar="STEPS",
-        help=f"steps of the environment of all tries together (default: {_TRIES} trainings)",
+        help=f"steps of the environment after which no further try begins (default: {_TRIES} trainings)",
     )
     add("--budget-hours", type=of_kind(POSITIVE, "h"), metavar="H", help="and no longer than so (default: no limit)")
     objectives = "mitigated, calm, reward, time_to_calm"

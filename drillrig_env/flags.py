@@ -125,7 +125,7 @@ def add_fields(
             continue
         meta, default = item.metadata, default_of(item)
         shown = meta["none"] if default is None else default
-        unit = f" {meta['unit']}" if meta["unit"] else ""
+        unit = f" {meta['unit']}" if meta["unit"] and default is not None else ""
         settings: dict[str, Any] = {"dest": item.name, "default": argparse.SUPPRESS}
         settings["help"] = meta["meaning"] + ("" if default is MISSING else f" (default: {shown}{unit})")
         if isinstance(meta["allowed"], Switch):

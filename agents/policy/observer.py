@@ -19,7 +19,7 @@ from drillrig_env.env.sensors import LIMIT, Sensors
 from drillrig_env.env.task import Task
 from drillrig_env.model import STATE_NAMES
 from drillrig_env.parameters import refuse
-from drillrig_env.policy import context_of, make_policy
+from drillrig_env.policy import context_of, make_policy, privileged_of
 
 Rows = npt.NDArray[np.float32]
 
@@ -37,6 +37,10 @@ class Observer:
         policy = make_policy(name, **context_of(task))
         if not hasattr(policy, "estimate"):
             raise refuse("observer", "policy", name, "", "lqg, or another that has its `estimate`")
+        if told := privileged_of(policy):
+            raise refuse(
+                "observer", "policy", name, "", f"one that is told nothing; this one is told {', '.join(told)}"
+            )
         self.policy: Any = policy
         self.sensors = task.sensors
         self.estimated = Sensors.named(ESTIMATED).at(task.scales).channels

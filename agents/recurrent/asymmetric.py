@@ -92,6 +92,11 @@ class AsymmetricPPO(RecurrentPPO):
             device=device,
             _init_setup_model=False,
         )
+        if not 0.0 <= gamma < 1.0:
+            raise refuse("AsymmetricPPO", "gamma", gamma, "", "0 to below 1: its critic foresees what goes on for ever")
+        widths = critic_arch if isinstance(critic_arch, list | tuple) else (critic_arch, None)
+        if not all(isinstance(width, int) and width > 0 for width in widths):
+            raise refuse("AsymmetricPPO", "critic_arch", critic_arch, "", "a list of widths, whole and > 0")
         if through_estimates and not estimates:
             raise refuse("AsymmetricPPO", "estimates", estimates, "", "> 0 with through_estimates")
         self.critic_arch, self.critic_told = tuple(critic_arch), critic_told
@@ -114,6 +119,7 @@ class AsymmetricPPO(RecurrentPPO):
         if self.env is not None:
             self.told_channels = told_of(self.env).shape[1]
             self.measured_channels = len(batch_of(self.env).core.sensors.channels)  # without what a filter estimates
+            self._check_sequences()
         if not self.told_channels:
             return
         widths = (self.told_channels if self.critic_told else self.measured_channels, *self.critic_arch)
@@ -127,14 +133,25 @@ class AsymmetricPPO(RecurrentPPO):
         )
 
     def _setup_learn(self, *given: Any, **others: Any) -> Any:
+        self._check_sequences()
+        return super()._setup_learn(*given, **others)
+
+    def _check_sequences(self) -> None:
+        """Raise `ValueError` where sequences do not make up episodes, or batches no sequences."""
         assert self.env is not None
         steps = batch_of(self.env).core.steps
         if steps % self.n_steps:
-            raise refuse("AsymmetricPPO", "n_steps", self.n_steps, "steps", f"a divisor of the {steps} of an episode")
+            whole = [n for n in range(1, steps + 1) if steps % n == 0]
+            near = {
+                max(n for n in whole if n < self.n_steps),
+                min((n for n in whole if n > self.n_steps), default=steps),
+            }
+            such_as = " or ".join(map(str, sorted(near)))
+            allowed = f"a divisor of the {steps:,} steps of an episode, such as {such_as}"
+            raise refuse("AsymmetricPPO", "n_steps", self.n_steps, "", allowed)
         if not self.n_steps <= self.batch_size <= self.n_steps * self.n_envs:
-            allowed = f"{self.n_steps} to {self.n_steps * self.n_envs}: whole sequences"
-            raise refuse("AsymmetricPPO", "batch_size", self.batch_size, "steps", allowed)
-        return super()._setup_learn(*given, **others)
+            allowed = f"{self.n_steps:,} to {self.n_steps * self.n_envs:,} steps: whole sequences"
+            raise refuse("AsymmetricPPO", "batch_size", self.batch_size, "", allowed)
 
     def collect_rollouts(self, env: VecEnv, callback: BaseCallback, rollout_buffer: Any, n_rollout_steps: int) -> bool:
         """Play `n_rollout_steps` in all rigs with the policy as it explores, and fill the sequences."""

@@ -17,8 +17,9 @@ from agents.policy.observer import ShowsEstimates, estimates_of
 from agents.policy.run_folder import MODEL, find_run, load_policy, read_config
 from agents.policy.weights import give_saved
 from agents.recurrent.told import ShowsPolicy
-from agents.training.hyperparameters import TOLD, algorithm_arguments, algorithm_class
+from agents.training.hyperparameters import TOLD, algorithm_arguments, algorithm_class, hyperparameters
 from drillrig_env.drive import Drive
+from drillrig_env.env.sb3 import DrillRigVecEnv
 from drillrig_env.env.task import Task
 from drillrig_env.parameters import closest, refuse
 from drillrig_env.policy.home import rig_environment
@@ -89,11 +90,12 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
     >>> model.learn(200_000)
     """
     config = read_config(find_run(name))
-    if not isinstance(env, VecEnv):
+    told = config["algorithm"] in TOLD
+    if not isinstance(env, VecEnv) or (told and not isinstance(env.unwrapped, DrillRigVecEnv)):
         raise refuse(name, "environment to learn on in", env, "", "what drillrig_env.make_sb3 gives")
     if (normalised := unwrap_vec_normalize(env)) is not None and normalised.norm_obs:
         raise refuse(name, "norm_obs of VecNormalize", True, "", "False: it has learnt from observations as they come")
-    told, shown = config["algorithm"] in TOLD, isinstance(env.observation_space, spaces.Dict)
+    shown = isinstance(env.observation_space, spaces.Dict)
     if told and not isinstance(batch_of(env).observation_space, spaces.Dict):
         raise refuse(name, "privileged", False, "", "True: its critic is told more than it sees")
     if shown and not told:
@@ -103,7 +105,10 @@ def load_trainable(name: str, env: VecEnv, **changes: Any) -> BaseAlgorithm:
     for change in changes:
         if change not in known:
             raise ValueError(f"{name}: {config['algorithm']} takes no argument {change!r}; {closest(change, known)}")
-    chosen = {**config["hyperparameters"], "device": "cpu", **changes}
+    table, env_id = config["hyperparameters"], config["env_id"]
+    plain = {one: value for one, value in changes.items() if one != "device" and not callable(value)}
+    checked = hyperparameters(config["algorithm"], env_id, plain, table=table)
+    chosen = {**checked, "device": "cpu", **{one: value for one, value in changes.items() if one not in plain}}
     if shown:
         env = ShowsPolicy(env)
     frames, observer = int(chosen.get("frame_stack", 1)), chosen.get("observer")

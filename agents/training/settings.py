@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from agents.policy.environment import check_arguments, environment_arguments, plain_arguments, scaled_arguments
+import numpy as np
+
+from agents.policy.environment import (
+    check_arguments,
+    environment_arguments,
+    plain_arguments,
+    scaled_arguments,
+    task_of,
+)
 from agents.policy.run_folder import find_run, read_config
 from agents.training.calibrated import calibrated_arguments, calibrated_scenario, posterior_of
 from agents.training.curriculum import Stages
 from agents.training.device import DEVICES
-from agents.training.hyperparameters import ALGORITHMS, hyperparameters
+from agents.training.hyperparameters import ALGORITHMS, TOLD, hyperparameters
+from agents.training.imitation import Imitation, Teacher
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
 from drillrig_env.env.core import EpisodeBatch
+from drillrig_env.env.generators import first_uniforms
 from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.task import CHANGEABLE
 from drillrig_env.parameters import check_fields, parameter, refuse
@@ -117,7 +127,9 @@ def checked_config(training: Training) -> dict[str, Any]:
             made = [Scenario.named(one["scenario"], scales) for one in scenarios]
             scenarios = [{"scenario": calibrated_scenario(posterior, one, scales)} for one in made]
         chosen["curriculum"]["scenarios"] = [plain_arguments(training.env_id, one)["scenario"] for one in scenarios]
-        _check_stages(training.env_id, env_kwargs, Stages.of(chosen["curriculum"]))
+        _check_stages(training.env_id, env_kwargs, Stages.of(chosen["curriculum"]), training.algorithm in TOLD)
+    if chosen.get("imitation") is not None:
+        _check_teacher(training.env_id, env_kwargs, Imitation.of(chosen["imitation"]))
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
         raise refuse("Training", "seed", training.seed, "", f"0 to {last}")
@@ -155,9 +167,30 @@ def _base(training: Training) -> dict[str, Any] | None:
     return config
 
 
-def _check_stages(env_id: str, env_kwargs: Mapping[str, Any], stages: Stages) -> None:
-    """Raise `ValueError` for a stage of a curriculum that the environment cannot have, or not be changed to."""
-    batch = EpisodeBatch(1, **environment_arguments(env_id, env_kwargs))
+def _check_stages(env_id: str, env_kwargs: Mapping[str, Any], stages: Stages, told: bool) -> None:
+    """Raise `ValueError` for a stage of a curriculum that the environment cannot have, or not be changed to.
+
+    Where a critic is `told`, what it is told has to stay the same.
+    """
+    batch = EpisodeBatch(1, **environment_arguments(env_id, env_kwargs), privileged=told)
     for stage in stages.environments(dict.fromkeys(CHANGEABLE))[:-1]:
         check_arguments(env_id, {**env_kwargs, **stage})
         batch.change(**stage)
+
+
+def _check_teacher(env_id: str, env_kwargs: Mapping[str, Any], how: Imitation) -> None:
+    """Raise `ValueError` for a teacher that cannot be made for the environment, or not act in it.
+
+    It is tried on one rig of a fleet, since the design for hundreds takes a while.
+    """
+    arguments = environment_arguments(env_id, env_kwargs)
+    scenario = task_of(arguments).scenario
+    if scenario.rigs is not None:
+        one = {"count": 1} if scenario.rigs.spread else {"rigs": scenario.rigs.rigs[:1], "friction": ()}
+        arguments["scenario"] = replace(scenario, rigs=replace(scenario.rigs, **one))
+    core = EpisodeBatch(1, **arguments)
+    core.reset(np.arange(1), first_uniforms(0, 1))
+    try:
+        Teacher(how, core).actions(core.observations, np.ones(1, dtype=np.bool_))
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        raise ValueError(f"imitation: teacher {how.teacher!r} cannot be imitated here: {error}") from error

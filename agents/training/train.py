@@ -190,6 +190,9 @@ def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgres
 
 def _keep(model: BaseAlgorithm, folder: Path, total: int, end: BaseException) -> None:
     """Save what was learnt before a stop or an error, and add to it what is kept and how to go on."""
+    if not all(bool(one.isfinite().all()) for one in model.policy.parameters()):
+        end.add_note("its weights are no numbers any more, and not kept; a lower learning_rate may help")
+        return
     try:
         save_model(folder / MODEL, model)
         end.add_note(f"{folder} keeps the model of {model.num_timesteps:,} of {total:,} steps")

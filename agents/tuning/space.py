@@ -110,6 +110,9 @@ class Space:
             ends = dimension.choices or (dimension.low, dimension.high)
             for end in ends:  # each must be a hyperparameter, and allowed
                 hyperparameters(algorithm, env_id, found.changes({dimension.name: end}, table), table=table)
+            own = found.value(dimension.name)
+            if own is not None and dimension.drawn(own) is None:  # the first try is to be what the file has
+                raise refuse("search", dimension.name, own, "", f"the file's own value among {ends}")
         return found
 
     def distributions(self) -> dict[str, Any]:
@@ -118,14 +121,14 @@ class Space:
 
     def own(self) -> dict[str, Any]:
         """What would have to be drawn for the file's own hyperparameters, of those that can be drawn."""
-        found = {}
-        for one in self.dimensions:
-            outer, dot, inner = one.name.partition(".")
-            value = self.table.get(outer)
-            value = (value or {}).get(inner) if dot else value
-            if (drawn := one.drawn(value)) is not None:
-                found[one.name] = drawn
-        return found
+        drawn = {one.name: one.drawn(self.value(one.name)) for one in self.dimensions}
+        return {name: value for name, value in drawn.items() if value is not None}
+
+    def value(self, name: str) -> Any:
+        """The file's own value of a hyperparameter; None where the file has none."""
+        outer, dot, inner = name.partition(".")
+        value = self.table.get(outer)
+        return (value or {}).get(inner) if dot else value
 
     def changes(self, drawn: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
         """What was drawn as changes to the hyperparameters in a `table`."""

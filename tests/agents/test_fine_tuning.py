@@ -88,6 +88,13 @@ def test_what_does_not_fit_is_refused_by_name(run, tmp_path):
             load_trainable(str(run), env)
     with pytest.raises(ValueError, match="ppo takes no argument 'learning_rat'; did you mean learning_rate"):
         load_trainable(str(run), drillrig_env.make_sb3(8, seed=0), learning_rat=1e-4)
+    for change, message in (
+        ({"gamma": 2}, "gamma = 2 is"),
+        ({"n_epochs": 0}, "n_epochs = 0 is"),
+        ({"clip_range": -1}, "-1"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            load_trainable(str(run), drillrig_env.make_sb3(8, seed=0), **change)
     with pytest.raises(ValueError, match="norm_obs of VecNormalize = True is not allowed; allowed: False"):
         load_trainable(str(run), VecMonitor(VecNormalize(drillrig_env.make_sb3(8, seed=0))))
     with pytest.raises(ValueError, match="env_id = DrillRigSurface-v0"):

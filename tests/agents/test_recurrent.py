@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from stable_baselines3.common.env_util import make_vec_env
 
 pytest.importorskip("sb3_contrib")
 
@@ -19,6 +20,7 @@ from agents.training.settings import Training
 from agents.training.train import train
 from agents.training.warm_up import WarmUp, stagger
 from drillrig_env import make_sb3
+from drillrig_env.command_line import Failed
 from drillrig_env.env.privileged import PRIVILEGED
 from drillrig_env.policy import check_policy, context_of
 from tests.agents.tiny import ASYMMETRIC
@@ -166,14 +168,66 @@ def test_it_learns_what_pays():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"n_steps": 15}, "n_steps = 15 steps is not allowed; allowed: a divisor of the 40 of an episode"),
-        ({"batch_size": 5}, "batch_size = 5 steps is not allowed; allowed: 10 to 60: whole sequences"),
-        ({"batch_size": 70}, "batch_size = 70 steps is not allowed; allowed: 10 to 60"),
+        ({"n_steps": 15}, "n_steps = 15 is not allowed; allowed: a divisor of the 40 steps of an episode, .* 10 or 20"),
+        ({"n_steps": 80}, "allowed: a divisor of the 40 steps of an episode, such as 40"),
+        ({"batch_size": 5}, "batch_size = 5 is not allowed; allowed: 10 to 60 steps: whole sequences"),
+        ({"batch_size": 70}, "batch_size = 70 is not allowed; allowed: 10 to 60 steps"),
+        ({"gamma": 1.0}, "gamma = 1.0 is not allowed; allowed: 0 to below 1"),
+        ({"critic_arch": (8, -3)}, "critic_arch = .* allowed: a list of widths"),
+        ({"critic_arch": 64}, "critic_arch = 64 is not allowed; allowed: a list of widths"),
     ],
 )
-def test_what_cannot_be_learnt_from_is_refused(changes, message):
+def test_what_cannot_be_learnt_from_is_refused_before_anything_is_learnt(changes, message):
     with pytest.raises(ValueError, match=message):
-        model(environment(), **changes).learn(60)
+        model(environment(), **changes)
+
+
+IMITATION = {"teacher": "baselines/told.py:LQROfRig", "privileged": True, "rounds": 1, "updates": 1, "last_updates": 1}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"n_steps": 30}, "n_steps = 30 is not allowed"),
+        ({"imitation": {**IMITATION, "privileged": False}}, "LQROfRig' cannot be imitated here: "),
+        ({"imitation": {**IMITATION, "teacher": "baselines/told.py:LQROfRigs"}}, "cannot be imitated here: "),
+        ({"observer": "baselines/told.py:LQGOfRig"}, "allowed: one that is told nothing; this one is told rig, "),
+        (
+            {"curriculum": {"scenarios": [{"load_step": 0.0}, {"tilt": {"share": 0.1, "turns": [1, 2]}}]}},
+            "a tilted disc is not allowed",
+        ),
+    ],
+)
+def test_what_cannot_be_trained_is_refused_before_anything_is_written(tmp_path, changes, message):
+    for fleet in (FEW, {"rigs": {"rigs": [{"J_1": 0.02}, {"J_1": 0.03}]}, "spread": 0.0}):
+        training = Training(
+            "ppo_asymmetric",
+            "DrillRigUnknown-v0",
+            n_timesteps=400,
+            hyperparams={**ASYMMETRIC, **changes},
+            env_kwargs={"duration": 4.0, "scenario": fleet},
+            run_folder=tmp_path / "run",
+        )
+        with pytest.raises(ValueError, match=message):
+            train(training)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_network_that_is_no_numbers_any_more_is_not_kept(tmp_path):
+    training = Training(
+        "ppo_asymmetric",
+        "DrillRigUnknown-v0",
+        hyperparams={**ASYMMETRIC, "learning_rate": 1e12, "max_grad_norm": 1e12, "n_timesteps": 4000},
+        env_kwargs={"duration": 4.0, "scenario": FEW},
+        run_folder=tmp_path / "run",
+        eval_freq=-1,
+        tensorboard=False,
+        progress=False,
+    )
+    with pytest.raises(Failed) as failed:
+        train(training)
+    assert "its weights are no numbers any more, and not kept" in "".join(failed.value.__notes__)
+    assert not (tmp_path / "run" / "model.zip").exists()
 
 
 def test_an_anchor_is_refused():
@@ -330,5 +384,7 @@ def test_a_critic_that_is_told_of_other_things_begins_anew_and_that_is_said(fold
 
 
 def test_where_no_critic_can_be_told_is_refused(folder):
+    with pytest.raises(ValueError, match=r"environment to learn on in = .*: what drillrig_env\.make_sb3 gives"):
+        load_trainable(str(folder), make_vec_env("Pendulum-v1", 2))
     with pytest.raises(ValueError, match="privileged = False is not allowed; allowed: True: its critic is told more"):
         trainable(folder, privileged=False)
