@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -167,6 +168,15 @@ def _learn(
         raise
     finally:
         shown.close()
+        _remove_empty_log(model)
+
+
+def _remove_empty_log(model: BaseAlgorithm) -> None:
+    """Remove the folder that Stable-Baselines3 makes among the temporary files where nothing is logged."""
+    folder = getattr(model, "_logger", None) and model.logger.dir
+    if folder and model.tensorboard_log is None:
+        with suppress(OSError):
+            Path(folder).rmdir()
 
 
 def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgress, checkpoint: Checkpoint) -> None:

@@ -1,4 +1,5 @@
 import json
+import tempfile
 import zipfile
 from dataclasses import fields
 from pathlib import Path
@@ -59,6 +60,13 @@ def test_same_seed_same_agent_and_another_seed_another(tmp_path):
     ]
     np.testing.assert_array_equal(actions[0], actions[1])
     assert not np.array_equal(actions[0], actions[2])
+
+
+def test_nothing_is_left_among_the_temporary_files(tmp_path, monkeypatch):
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    train(small(tmp_path))
+    assert not list((tmp_path / "temporary").iterdir())
 
 
 def test_sac_trains(tmp_path):
