@@ -49,8 +49,8 @@ code their maker put there. This project reads a run's settings from `config.jso
 `model.zip`: `eval.py` and the export execute nothing that a run folder holds. `train.py --resume` does load the
 checkpoint's pickles: go on with your own trainings only. To pass an agent on, use ONNX, which holds no code.
 
-`python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew; for others
-name algorithm and environment too, `python train.py ppo_asymmetric --env DrillRigUnknown-v0 --resume-from ppo_unknown`.
+`python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew; others
+need algorithm and environment too, `python train.py ppo_asymmetric --env DrillRigUnknown-v0 --resume-from ppo_unknown`.
 `agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own. Both warn where drive,
 slew limit, control period or channels are not those that it learnt with: there it begins as another policy. An agent
 whose critic is told more than it sees learns on in `make_sb3(1024, env_id="DrillRigUnknown-v0", privileged=True)`.
