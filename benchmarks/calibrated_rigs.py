@@ -72,7 +72,7 @@ def mitigated(judged: Suite, found: Sequence[Found]) -> dict[str, npt.NDArray[An
     """Of each policy whether it mitigated each episode of a suite, shape (episodes,)."""
     fleet = judged.scenario.rigs
     policies: dict[str, Policy] = {
-        name: kind("surface", fleet=fleet_of(found) if kind is LQGCalibrated else fleet)
+        name: kind("surface", fleet=fleet, **({"found": fleet_of(found)} if kind is LQGCalibrated else {}))
         for name, kind in POLICIES.items()
     }
     outcomes = {}

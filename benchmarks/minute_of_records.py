@@ -71,7 +71,7 @@ def found_of(seed: int, rig: tuple[int, Kind]) -> Found:
     begin = time.process_time()
     try:
         values, failed = fitted(record_of(kind, seed, number)), ""
-        LQGCalibrated("surface", fleet=fleet_of([Found(values, failed, 0.0)]))
+        LQGCalibrated("surface", found=fleet_of([Found(values, failed, 0.0)]))
     except (ValueError, ArithmeticError) as error:
         values, failed = {}, f"{type(error).__name__}: {error}"
     return Found(values, failed, time.process_time() - begin)
