@@ -15,7 +15,8 @@ counted. `LQGCalibrated` is `lqg` with filter, gains and law of friction of what
 that rig, as do all that it stands beside; `ppo_unknown` among them has no record, and finds out while it controls.
 
 The file is written after each rig, and what it holds is not fitted again: a run that was stopped goes on when the
-command is given again, also with more rigs.
+command is given again, also with more rigs. Until they are judged the verdict on those before stays, a count of
+mitigated episodes for each of the first rigs.
 """
 
 from __future__ import annotations
@@ -39,21 +40,25 @@ from baselines.tune import tuning_suite
 from benchmarks.calibration import Kind
 from benchmarks.measure import note, print_table, write_json
 from benchmarks.minute_of_records import KNOWN, NOMINAL, Found, fleet_of, found_of, kinds_of
-from drillrig_env.allowed import Allowed, File
+from drillrig_env.allowed import NOT_NEGATIVE, Allowed, File
 from drillrig_env.calibrate.unknowns import values_of
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.report import cell
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.statistics import Estimate, mean, over_rigs
-from drillrig_env.evaluation.suites import LARGEST_FLEET, Suite, suite
+from drillrig_env.evaluation.suites import DRAWS, LARGEST_FLEET, Suite, suite
 from drillrig_env.files import check_writable_file, read_json
 from drillrig_env.flags import add_engine_arguments, engine_of, of_kind
+from drillrig_env.parameters import checked
 from drillrig_env.policy import Policy, load
 
 COMMAND = "python -m benchmarks.calibrated_rigs"
 FILE = Path(__file__).parents[1] / "docs" / "agents" / "calibrated.json"
 RIGS = 64
+
+_SIZE = Allowed(1, LARGEST_FLEET, whole=True)
+_REMEDY = "name another file with --json, or begin anew with --overwrite"
 
 POLICIES: dict[str, type[Baseline]] = {
     "`lqg`": LQG,
@@ -125,7 +130,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Fit the rigs, keep what is found of each, then judge all policies on them."""
     parser = Parser(prog=COMMAND, description=__doc__)
     add = parser.add_argument
-    add("--rigs", type=of_kind(Allowed(1, LARGEST_FLEET, whole=True)), default=RIGS, help=f"(default: {RIGS})")
+    add(
+        "--rigs",
+        type=of_kind(_SIZE),
+        default=RIGS,
+        help=f"first rigs of the suite, fitted and judged (default: {RIGS})",
+    )
     add("--seed", type=of_kind(Allowed(0, whole=True)), default=0, help="of the records (default: 0)")
     add("--tuning", action="store_true", help="rigs of a fleet to tune on, in place of the suite's own")
     add("--json", type=of_kind(File()), default=FILE, help="the file (default: docs/agents/calibrated.json)")
@@ -136,22 +146,24 @@ def main(arguments: Sequence[str] | None = None) -> None:
     kinds, made = kinds_of(judged), {"seed": chosen.seed, "tuning": chosen.tuning}
     try:
         check_writable_file(chosen.json)
-        found = {} if chosen.overwrite else _of_before(chosen.json, made)
+        anew = chosen.overwrite or not chosen.json.is_file()
+        found, verdict = ({}, {}) if anew else _of_before(chosen.json, made, chosen.rigs)
         engine = engine_of(chosen)
     except (ValueError, ImportError, OSError) as error:
         parser.error(str(error))
     line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
 
-    def keep(**more: Any) -> None:
+    def keep(judged: Mapping[str, list[int]], announce: bool = False) -> None:
         rigs = [{"rig": number, **asdict(one)} for number, one in sorted(found.items())]
-        write_json(chosen.json, {"command": line, **made, **more, "rigs": rigs}, announce=bool(more))
+        more = {"mitigated": judged} if judged else {}
+        write_json(chosen.json, {"command": line, **made, **more, "rigs": rigs}, announce=announce)
 
     missing = [number for number in range(chosen.rigs) if number not in found]
     with engine:
         pieces = [(number, kinds[number]) for number in missing]
         for done, (place, one) in enumerate(engine.each(partial(found_of, chosen.seed), pieces), 1):
             found[missing[place]] = one
-            keep()
+            keep(verdict)
             note(f"{done} of {len(missing)} rigs: {one.seconds:.0f} s{', ' * bool(one.failed)}{one.failed}")
     known = [found[number] for number in range(chosen.rigs)]
     outcomes = mitigated(judged, known)
@@ -162,22 +174,63 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print_table(headings, errors_of(kinds, known))
     failed = sum(bool(one.failed) for one in known)
     print(f"\n{chosen.rigs} rigs; {failed} of the fits failed; {np.mean([one.seconds for one in known]):.1f} s a fit")
-    keep(mitigated=counts)
+    keep(counts, announce=True)
 
 
-def _of_before(file: Path, made: Mapping[str, Any]) -> dict[int, Found]:
-    """What a file holds; nothing where there is none. `ValueError` where it is damaged, or of other records."""
-    if not file.is_file():
-        return {}
-    remedy = "take another one with --json, or begin anew with --overwrite"
-    earlier = read_json(file, remedy).get("results", {})
+def _of_before(file: Path, made: Mapping[str, Any], rigs: int) -> tuple[dict[int, Found], dict[str, list[int]]]:
+    """What a file holds: the rigs by number, and the verdict on the first of them, empty where there is none.
+
+    `ValueError` where it is damaged, of other records or of more rigs than are asked for.
+    """
+    earlier = read_json(file, _REMEDY).get("results")
     try:
-        for name, value in made.items():
-            if earlier[name] != value:
-                raise ValueError(f"its {name} is {earlier[name]}, not {value}")
-        return {one["rig"]: Found(one["values"], one["failed"], one["seconds"]) for one in earlier["rigs"]}
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{file} does not hold these rigs ({error}); {remedy}") from error
+        if not isinstance(earlier, dict) or not isinstance(earlier.get("rigs"), list):
+            raise ValueError("it has no results with rigs")
+        for name in made:
+            if name not in earlier:
+                raise ValueError(f"it does not tell {name}")
+        found = dict(map(_rig_of_before, earlier["rigs"]))
+        if len(found) != len(earlier["rigs"]):
+            raise ValueError("it has a rig twice")
+        verdict = _verdict_of_before(earlier.get("mitigated", {}), len(found))
+    except ValueError as error:
+        raise ValueError(f"{file} is damaged: {error}; {_REMEDY}") from error
+    for name, value in made.items():
+        if earlier[name] != value:
+            raise ValueError(f"{file} does not hold these rigs (its {name} is {earlier[name]}, not {value}); {_REMEDY}")
+    if found and max(found) >= rigs:
+        raise ValueError(f"{file} holds more rigs, up to number {max(found)}, than --rigs {rigs} asks for; {_REMEDY}")
+    return found, verdict
+
+
+def _rig_of_before(entry: Any) -> tuple[int, Found]:
+    """A rig's number and what was found of it. `ValueError` where this is none that a fit has left."""
+    if not isinstance(entry, dict):
+        raise ValueError(f"{entry!r} is no rig")
+    number: int = checked("rigs", "rig", entry.get("rig"), "", Allowed(0, LARGEST_FLEET - 1, whole=True))
+    seconds: float = checked(f"rig {number}", "seconds", entry.get("seconds"), "s", NOT_NEGATIVE)
+    values, failed = entry.get("values"), entry.get("failed")
+    if not isinstance(values, dict) or not isinstance(failed, str):
+        raise ValueError(f"rig {number} does not tell values and failed")
+    if values.keys() != (set() if failed else NOMINAL.keys()):
+        raise ValueError(f"rig {number} has neither each parameter's value nor the reason why it has none")
+    found = Found(values, failed, seconds)
+    try:
+        fleet_of([found]).members()
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"rig {number}: {error}") from error
+    return number, found
+
+
+def _verdict_of_before(mitigated: Any, rigs: int) -> dict[str, list[int]]:
+    """The count of each of the first rigs by policy. `ValueError` where it is none."""
+    count = Allowed(0, DRAWS, whole=True)
+    if not isinstance(mitigated, dict) or not all(isinstance(counts, list) for counts in mitigated.values()):
+        raise ValueError("mitigated has no counts by policy")
+    lengths = {len(counts) for counts in mitigated.values()}
+    if len(lengths) > 1 or not lengths <= set(range(1, rigs + 1)):
+        raise ValueError("mitigated has not a count for each of the first rigs")
+    return {name: [checked("mitigated", name, one, "", count) for one in own] for name, own in mitigated.items()}
 
 
 if __name__ == "__main__":
