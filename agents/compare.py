@@ -11,7 +11,7 @@ again. Given twice at a time, in two terminals, the trainings are shared out: ea
 has. Every agent is scored on rigs of the training side (`VALIDATION_SEEDS`) drawn as in the suites `default`, `wide`
 and `load`, those of `unknown` as in that suite, on a fleet of other rigs; the rigs of the suites stay unseen. The cost
 is that of the environment's default reward for all. The file is written after each training; what it holds is not
-repeated, unless the setting has changed since.
+repeated, unless the setting has changed since. It is of one comparison, and of one number of rigs.
 """
 
 from __future__ import annotations
@@ -69,11 +69,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
     runs = chosen.runs or Path("runs") / chosen.comparison
     output = chosen.output or Path("docs") / "agents" / f"{chosen.comparison}.json"
-    check_writable_file(output)
     settings = COMPARISONS[chosen.comparison]()
     changes: dict[str, Any] = {"device": chosen.device, **({"n_timesteps": chosen.steps} if chosen.steps else {})}
     settings = [replace(one, training=replace(one.training, **changes)) for one in settings]
-    kept = Compared(output, runs, [one.name for one in settings], line)
+    kept = Compared(output, runs, [one.name for one in settings], line, chosen.comparison)
+    try:
+        check_writable_file(output)
+        check_writable(runs)
+    except OSError as error:
+        parser.error(error)
     try:
         scored_on = SCORED_ON.get(chosen.comparison)
         compare(_named(settings, chosen.settings), chosen.seeds, chosen.rigs, kept, runs, chosen.threads, scored_on)
@@ -107,19 +111,20 @@ def compare(
 
     The trainings lie in `runs`/<setting>_<seed>; one that another process is at is passed over, and one that was
     stopped goes on. What they are scored on is that of `scored_on`, or the suites of one rig. Raises `ValueError` for
-    numbers below 1, for a setting that a training refuses and for a folder that holds a training of another setting,
-    before anything is trained; `Failed` at the end, naming the trainings that failed.
+    numbers below 1, for a setting that a training refuses, for a file that is damaged or of another comparison or other
+    rigs, and for a folder that holds a training of another setting, before anything is trained; `Failed` at the end,
+    naming the trainings that failed.
     """
     for name, value in (("seeds", seeds), ("rigs", rigs)):
         if value < 1:
             raise refuse("compare", name, value, "", ">= 1")
+    kept.check(rigs)
     abouts = {setting.name: _about(setting, rigs) for setting in settings}
     left = [(setting, seed, runs / f"{setting.name}_{seed}") for seed in range(seeds) for setting in settings]
     for setting, _, folder in left:
         about = abouts[setting.name]
         if is_run(folder) and any(read_config(folder)[name] != about[name] for name in _MADE_BY):
             raise ValueError(f"{folder} holds a training of another setting; remove it, or name other --runs")
-    check_writable(runs)
     suites = None if scored_on is None else scored_on.suites
     _beside(rigs, kept, threads, scored_on or ScoredOn(None, "state", BESIDE))
     failed = []
@@ -172,8 +177,7 @@ def _about(setting: Setting, rigs: int) -> dict[str, Any]:
 
 def _beside(rigs: int, kept: Compared, threads: int | None, on: ScoredOn) -> None:
     """Score what stands beside the agents, in the environment as `gym.make` gives it, where that is not done yet."""
-    done = kept.read()["beside"]
-    if done.get("rigs") == rigs:
+    if on.beside.keys() <= kept.read()["beside"].get("policies", {}).keys():
         return
     rows = {
         name: {"words": words, "scores": evaluate(name, on.sensors, rigs, threads, on.suites)}

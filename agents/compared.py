@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from agents.training.validation_rigs import of_validation
+from agents.variants import COMPARISONS
 from drillrig_env.env.task import Task
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.runner import run
@@ -23,6 +24,7 @@ SUITES = ("default", "wide", "load")
 """Suites whose draws are scored on, with seeds of the training side."""
 
 _WAIT = 60.0  # s, for another process that writes
+_REMEDY = "remove it, and begin again"
 
 
 @dataclass(frozen=True)
@@ -30,16 +32,30 @@ class Compared:
     """What a comparison has found, in `file`; `lock` is a folder in which those who write take turns.
 
     `names` are those of all its settings, in the order that they are to have, and `command` is what makes the file.
+    `comparison` is what they are compared for: a file of another one is not touched. None takes any.
     """
 
     file: Path
     lock: Path
     names: Sequence[str]
     command: str
+    comparison: str | None = None
 
     def read(self) -> dict[str, Any]:
-        """All that is there by now. `ValueError` where the file is damaged."""
-        return read_compared(self.file)
+        """All that is there by now. `ValueError` where the file is damaged, or of another comparison."""
+        content = read_compared(self.file)
+        if self.comparison is not None and self.file.is_file() and self.comparison != (of := _comparison_of(content)):
+            known = "does not tell which comparison it is of" if of is None else f"is of the comparison {of!r}"
+            raise ValueError(f"{self.file} {known}, and not {self.comparison!r}; name another file with --output")
+        return content
+
+    def check(self, rigs: int) -> None:
+        """Raise `ValueError` where nothing on `rigs` rigs can be added: the file is damaged, or of other ones."""
+        content = self.read()
+        numbers = {one["rigs"] for one in (content["beside"], *content["settings"].values()) if one} - {rigs}
+        if numbers:
+            there = " and ".join(map(str, sorted(numbers)))
+            raise ValueError(f"{self.file} is of {there} rigs, not of {rigs}; name another file with --output")
 
     def has(self, name: str, about: Mapping[str, Any], seed: int) -> bool:
         """Whether this seed of a setting is there, trained and scored as `about` has it."""
@@ -64,7 +80,8 @@ class Compared:
             self._write({**self.read(), "beside": rows})
 
     def _write(self, content: Mapping[str, Any]) -> None:
-        made = {"command": self.command, "provenance": provenance()}
+        of = {} if self.comparison is None else {"comparison": self.comparison}
+        made = {"command": self.command, **of, "provenance": provenance()}
         write_text(
             self.file, json_text({**made, "beside": content["beside"], "settings": content["settings"]}, indent=1)
         )
@@ -75,8 +92,44 @@ def read_compared(file: Path) -> dict[str, Any]:
 
     `ValueError` where it is damaged.
     """
-    nothing: dict[str, Any] = {"beside": {}, "settings": {}}
-    return read_json(file, "remove it, and begin again") if file.is_file() else nothing
+    if not file.is_file():
+        return {"beside": {}, "settings": {}}
+    content = read_json(file, _REMEDY)
+    if fault := _fault(content):
+        raise ValueError(f"{file} is damaged: {fault}; {_REMEDY}")
+    return content
+
+
+def _fault(content: Mapping[str, Any]) -> str:
+    """What a file's content lacks, in words; empty where nothing."""
+    for name in ("beside", "settings"):
+        if not isinstance(content.get(name), dict):
+            return f"it has no {name} by name"
+    beside = content["beside"]
+    if beside and not (_has_rigs(beside) and _all_dicts(beside.get("policies", {}))):
+        return "what stands beside the settings has no rigs and policies"
+    for name, entry in content["settings"].items():
+        if not isinstance(entry, dict) or not _has_rigs(entry) or not _all_dicts(entry.get("runs")):
+            return f"setting {name!r} has no rigs and runs"
+        for seed, scored in entry["runs"].items():
+            if not seed.isdecimal() or not _all_dicts(scored.get("scores")):
+                return f"setting {name!r} has no scores of seed {seed}"
+    return ""
+
+
+def _has_rigs(entry: Mapping[str, Any]) -> bool:
+    return type(entry.get("rigs")) is int
+
+
+def _all_dicts(entries: Any) -> bool:
+    return isinstance(entries, dict) and all(isinstance(one, dict) for one in entries.values())
+
+
+def _comparison_of(content: Mapping[str, Any]) -> str | None:
+    """Which comparison a file is of; where it does not say so, by the command that made it. None where none tells."""
+    if "comparison" in content:
+        return str(content["comparison"])
+    return next((word for word in str(content.get("command", "")).split() if word in COMPARISONS), None)
 
 
 def evaluate(

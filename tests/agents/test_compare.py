@@ -2,6 +2,7 @@ import json
 import signal
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,11 +84,88 @@ def test_what_is_there_is_not_repeated(place):
 
 
 def test_on_other_rigs_agents_are_scored_again_and_not_trained(place):
+    """And in another file: the seeds that have been scored on fewer or more would not be beside each other."""
     kept, begun = place
-    compared(kept, [setting("one")])
-    content = compared(kept, [setting("one")], rigs=5)
-    assert begun == ["one_0"]
+    compared(kept, [setting("one")], seeds=2)
+    before = kept.file.read_bytes()
+    with pytest.raises(ValueError, match=r"found\.json is of 4 rigs, not of 5; name another file with --output"):
+        compared(kept, [setting("one")], rigs=5)
+    assert kept.file.read_bytes() == before
+    content = compared(replace(kept, file=kept.file.with_name("five.json")), [setting("one")], rigs=5)
+    assert begun == ["one_0", "one_1"]
     assert content["settings"]["one"]["rigs"] == content["beside"]["rigs"] == 5
+
+
+def test_a_file_of_another_comparison_is_refused_and_left(place):
+    kept, begun = place
+    compared(replace(kept, comparison="ablations"), [setting("one")])
+    before = kept.file.read_bytes()
+    other = replace(kept, comparison="newcomer")
+    with pytest.raises(ValueError, match=r"is of the comparison 'ablations', and not 'newcomer'; name another file"):
+        compared(other, [setting("two")])
+    with pytest.raises(ValueError, match="is of the comparison 'ablations'"):
+        other.keep_beside({})
+    assert kept.file.read_bytes() == before
+    content = json.loads(before)
+    del content["comparison"]
+    kept.file.write_text(json.dumps(content))
+    with pytest.raises(ValueError, match="does not tell which comparison it is of, and not 'newcomer'"):
+        compared(other, [setting("two")])
+    kept.file.write_text(json.dumps({**content, "command": "python -m agents.compare unknown --seeds 1"}))
+    with pytest.raises(ValueError, match="is of the comparison 'unknown', and not 'newcomer'"):
+        compared(other, [setting("two")])
+    kept.file.write_text(json.dumps({**content, "command": "python -m agents.compare newcomer --seeds 1"}))
+    compared(other, [setting("one"), setting("two")])
+    assert begun == ["one_0", "two_0"]
+
+
+@pytest.mark.parametrize("name", ["ablations", "newcomer", "unknown"])
+def test_what_is_kept_can_go_on(name):
+    Compared(Path("docs", "agents", f"{name}.json"), Path("runs"), [], "", name).check(1000)
+
+
+def test_policies_that_are_not_there_yet_are_scored(place):
+    kept, _ = place
+    kept.keep_beside({"rigs": 4})
+    assert list(compared(kept, [setting("one")])["beside"]["policies"]) == ["constant"]
+
+
+ENTRY = {"words": "", "rigs": 4, "runs": {"0": {"seconds": 1.0, "scores": {}}}}
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        ({}, "it has no beside by name"),
+        ({"beside": [], "settings": {}}, "it has no beside by name"),
+        ({"beside": {}, "settings": []}, "it has no settings by name"),
+        ({"beside": {"policies": {}}, "settings": {}}, "what stands beside the settings has no rigs and policies"),
+        ({"beside": {"rigs": 4, "policies": []}, "settings": {}}, "what stands beside the settings has no rigs and"),
+        ({"beside": {}, "settings": {"one": []}}, "setting 'one' has no rigs and runs"),
+        ({"beside": {}, "settings": {"one": {**ENTRY, "rigs": "4"}}}, "setting 'one' has no rigs and runs"),
+        ({"beside": {}, "settings": {"one": {**ENTRY, "runs": {"0": 1}}}}, "setting 'one' has no rigs and runs"),
+        ({"beside": {}, "settings": {"one": {**ENTRY, "runs": {"x": {}}}}}, "setting 'one' has no scores of seed x"),
+    ],
+)
+def test_a_damaged_file_is_told_before_anything_is_run(content, fault, tmp_path, capsys):
+    file = tmp_path / "file.json"
+    file.write_text(json.dumps(content))
+    with pytest.raises(SystemExit) as end:
+        main(f"ablations --runs {tmp_path / 'runs'} --output {file}".split())
+    assert end.value.code == 2
+    assert f"{file} is damaged: {fault}" in (told := capsys.readouterr().err)
+    assert told.endswith("; remove it, and begin again\nhelp: python -m agents.compare --help\n")
+    assert not (tmp_path / "runs").exists()
+
+
+def test_places_that_cannot_be_written_are_bad_arguments(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    for words in (f"--output {tmp_path}", f"--output {tmp_path / 'new.json'} --runs {tmp_path / 'file' / 'runs'}"):
+        with pytest.raises(SystemExit) as end:
+            main(f"ablations {words}".split())
+        assert end.value.code == 2
+        assert "cannot be written" in (told := capsys.readouterr().err)
+        assert told.endswith("help: python -m agents.compare --help\n")
 
 
 def test_a_folder_with_another_setting_is_refused_before_anything_is_trained(place):
