@@ -73,11 +73,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     changes: dict[str, Any] = {"device": chosen.device, **({"n_timesteps": chosen.steps} if chosen.steps else {})}
     settings = [replace(one, training=replace(one.training, **changes)) for one in settings]
     kept = Compared(output, runs, [one.name for one in settings], line, chosen.comparison)
-    try:
-        check_writable_file(output)
-        check_writable(runs)
-    except OSError as error:
-        parser.error(error)
+    check_writable_file(output)
+    check_writable(runs)
     try:
         scored_on = SCORED_ON.get(chosen.comparison)
         compare(_named(settings, chosen.settings), chosen.seeds, chosen.rigs, kept, runs, chosen.threads, scored_on)

@@ -70,8 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     path = chosen.docs / FILE
     line = shlex.join([*COMMAND.split(), *(sys.argv[1:] if arguments is None else arguments)])
+    check_writable_file(path)
     try:
-        check_writable_file(path)
         models = _models(chosen.agents)
         before = _Before({}, {}) if chosen.overwrite else _before(path, chosen.rigs, models)
         anew = chosen.overwrite
@@ -83,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 write_text(path, json_text(content, indent=1))
             anew = False
         print(table(_read(path, _ANEW)))
-    except (ValueError, OSError) as error:
+    except ValueError as error:
         parser.error(error)
     print(path.resolve())
 

@@ -144,8 +144,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     chosen = parser.parse_args(arguments)
     judged = (tuning_suite if chosen.tuning else suite)("unknown", chosen.rigs)
     kinds, made = kinds_of(judged), {"seed": chosen.seed, "tuning": chosen.tuning}
+    check_writable_file(chosen.json)
     try:
-        check_writable_file(chosen.json)
         anew = chosen.overwrite or not chosen.json.is_file()
         found, verdict = ({}, {}) if anew else _of_before(chosen.json, made, chosen.rigs)
         engine = engine_of(chosen)

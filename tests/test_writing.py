@@ -18,6 +18,8 @@ COMMANDS = [
     ("docs.make.__main__", "agents --docs {}", "docs.make.agents.page"),
     ("baselines.tune", "z_torque --output {}/tuned.json", "baselines.tune.search"),
     ("agents.compare", "ablations --output {}/found.json", "agents.compare.compare"),
+    ("agents.limits", "ppo_unknown --docs {}", "agents.limits.limits"),
+    ("benchmarks.calibrated_rigs", "--rigs 1 --json {}/found.json", "benchmarks.calibrated_rigs.found_of"),
     ("drillrig_env.deploy.export", "lqg --out {}/lqg.onnx", "drillrig_env.deploy.export.policy_to_export"),
 ]
 
