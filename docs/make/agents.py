@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from agents import limits, noise_and_delay
+from agents import limits_kept, noise_and_delay
 from agents.beside_lqg import results_with_both, section
 from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
@@ -157,7 +157,7 @@ def _written(
     docs: Path, found: Mapping[str, _Agent], stored: Mapping[str, Results], late: Mapping[str, Any] | None
 ) -> str:
     parts = [_shipped(found, stored), _learning(found), _behaviour(docs), section(_beside_lqg(stored, found))]
-    parts += [noise_and_delay.section(late), limits.section(limits.read_limits(docs)), choices(docs)]
+    parts += [noise_and_delay.section(late), limits_kept.section(limits_kept.read_limits(docs)), choices(docs)]
     parts += [ahead(stored, {name: one.config["env_id"] for name, one in found.items()}), USE, _made(docs, found, late)]
     return "\n".join(part for part in parts if part)
 
@@ -279,7 +279,7 @@ def _made(docs: Path, found: Mapping[str, _Agent], late: Mapping[str, Any] | Non
         for name, agent in found.items()
     ]
     lines += made(docs)
-    if limited := limits.read_limits(docs):
+    if limited := limits_kept.read_limits(docs):
         lines.append(f"- what limits: `{limited['command']}`, {when_and_where(limited['provenance'])}")
     if late:
         lines.append(f"- noise and delay: `{late['command']}`, {when_and_where(late['provenance'])}")

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from agents import limits as module
-from agents.limits import COLUMNS, FILE, conditions, limits, main, read_limits, section, table
+from agents.limits import conditions, limits, main
+from agents.limits_kept import COLUMNS, FILE, read_limits, section, table
 from agents.policy.run_folder import CONFIG, MODEL, TRAINED
 from agents.unknown import BESIDE
 from drillrig_env.evaluation.runner import run
