@@ -24,7 +24,6 @@ SUITES = ("default", "wide", "load")
 """Suites whose draws are scored on, with seeds of the training side."""
 
 _WAIT = 60.0  # s, for another process that writes
-_REMEDY = "remove it, and begin again"
 
 
 @dataclass(frozen=True)
@@ -92,12 +91,8 @@ def read_compared(file: Path) -> dict[str, Any]:
 
     `ValueError` where it is damaged.
     """
-    if not file.is_file():
-        return {"beside": {}, "settings": {}}
-    content = read_json(file, _REMEDY)
-    if fault := _fault(content):
-        raise ValueError(f"{file} is damaged: {fault}; {_REMEDY}")
-    return content
+    nothing: dict[str, Any] = {"beside": {}, "settings": {}}
+    return read_json(file, "remove it, and begin again", _fault) if file.is_file() else nothing
 
 
 def _fault(content: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ the fleet, as it is and with both. Shares are given in all and by hardness. The 
 
 The file is written after each of these, and what it holds of the same agents and laws is not run again: one that was
 stopped goes on when the command is given again. Other agents in it stay, also those of a command that runs beside this
-one, but for a shipped one that has been trained again. `--overwrite` begins anew, as do rigs of another number.
+one, but for a shipped one that has been trained again. `--overwrite` begins anew, as another number of rigs has to.
 """
 
 from __future__ import annotations
@@ -24,7 +24,19 @@ from typing import Any
 
 import numpy as np
 
-from agents.limits_kept import COLUMNS, COMMAND, FILE, SIZE, SUITE, Before, Found, kept_before, table, together
+from agents.limits_kept import (
+    COLUMNS,
+    COMMAND,
+    FILE,
+    SIZE,
+    SUITE,
+    Before,
+    Found,
+    digest_of,
+    kept_before,
+    table,
+    together,
+)
 from agents.policy.run_folder import MODEL, find_run, load_policy
 from agents.unknown import BESIDE
 from drillrig_env.command_line import Parser, command
@@ -34,7 +46,7 @@ from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
 from drillrig_env.evaluation.suites import LARGEST_FLEET, Suite, suite
 from drillrig_env.evaluation.tables import estimates
-from drillrig_env.files import check_writable_file, digest, json_text, owned, write_text
+from drillrig_env.files import check_writable_file, json_text, owned, write_text
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import context_of, make_policy
 from drillrig_env.progress import Progress
@@ -131,11 +143,11 @@ def words_of(name: str) -> str:
 
 
 def _digest(name: str) -> str:
-    """What tells an agent from one that was trained again. `ValueError` where there is none."""
+    """The digest of an agent's model. `ValueError` where it has none."""
     model = find_run(name) / MODEL
     if not model.is_file():
         raise ValueError(f"{model.parent}: the run has no {MODEL}; it may have been stopped before the first save")
-    return digest(model)[:16]
+    return digest_of(model)
 
 
 def _models(names: Sequence[str]) -> dict[str, str]:

@@ -51,13 +51,14 @@ def kept_before(path: Path, rigs: int, models: Mapping[str, str]) -> Before:
     """
     if not path.is_file():
         return Before({}, {})
-    content = _checked(path, _ANEW)
+    content = read_json(path, _ANEW, _fault)
     if content["rigs"] != rigs:
         raise ValueError(
             f"{path} is of {content['rigs']} rigs, not of {rigs}; name another folder with --docs, or {_ANEW}"
         )
-    now = {**{words: _shipped(words) for words in content["models"]}, **models}
-    same = {words: model for words, model in content["models"].items() if now[words] in (model, None)}
+    shipped = {words: TRAINED / words.strip("`") / MODEL for words in content["models"]}
+    now = {**{words: digest_of(model) for words, model in shipped.items() if model.is_file()}, **models}
+    same = {words: model for words, model in content["models"].items() if now.get(words, model) == model}
     known = {*same, *BESIDE.values()}
     conditions = content["conditions"].items()
     return Before(
@@ -65,10 +66,9 @@ def kept_before(path: Path, rigs: int, models: Mapping[str, str]) -> Before:
     )
 
 
-def _shipped(words: str) -> str | None:
-    """The digest of the agent that ships by this name; None where none does."""
-    model = TRAINED / words.strip("`") / MODEL
-    return digest(model)[:16] if model.is_file() else None
+def digest_of(model: Path) -> str:
+    """What tells an agent from one that was trained again."""
+    return digest(model)[:16]
 
 
 def together(before: Found, found: Found) -> Found:
@@ -101,15 +101,8 @@ def _in_all(by_condition: Found) -> list[str]:
 def read_limits(docs: Path) -> dict[str, Any] | None:
     """What the command has found; None where it has not run. `ValueError` where the file is damaged."""
     path = docs / FILE
-    return _checked(path, f"make it again with: {COMMAND} ppo_unknown --overwrite") if path.is_file() else None
-
-
-def _checked(path: Path, remedy: str) -> dict[str, Any]:
-    """What the file holds. `ValueError` with `remedy`, what to do, where it is damaged."""
-    content = read_json(path, remedy)
-    if fault := _fault(content):
-        raise ValueError(f"{path} is damaged: {fault}; {remedy}")
-    return content
+    remedy = f"make it again with: {COMMAND} ppo_unknown --overwrite"
+    return read_json(path, remedy, _fault) if path.is_file() else None
 
 
 def _fault(content: Mapping[str, Any]) -> str:

@@ -94,3 +94,21 @@ class LQR(CountedLaw):
         share = np.clip((shaking - self.calm) / (self.shaking - self.calm), 0.0, 1.0)[:, None]
         firm = self.calm_feedback.at(friction, set_point, places)
         return np.asarray(firm + share * (found - firm))
+
+
+class FirmLQR(LQR):
+    """`LQR` with efforts that bear noise: firm near calm, for a state that is known only from measurements.
+
+    Tuning rule: `effort` and `calm_effort` were chosen among a few on a fleet to tune on, for `LQROnEnsemble`.
+    """
+
+    def __init__(
+        self,
+        sensors: str | tuple[str, ...] = "state",
+        rig: RigLike = None,
+        slew_limit: float | None = None,
+        effort: float = 30.0,
+        calm_effort: float = 0.3,
+        **others: Any,
+    ) -> None:
+        super().__init__(sensors, rig, slew_limit, effort, calm_effort=calm_effort, **others)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from baselines.ensemble import CHANNELS, FORCE, MEMBERS, SIZE, TOLD, Ensemble
-from baselines.lqr import LQR
+from baselines.lqr import LQR, FirmLQR
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.sensors import LONGEST_DELAY
 from drillrig_env.model import STATE_NAMES
@@ -20,15 +20,14 @@ _LEAST_NOISE = 0.01  # of an exact channel, as a share of its scale
 _TOGETHER = 128  # rigs whose members are simulated at once, so that they stay near the processor
 
 
-class LQROnEnsemble(LQR):
+class LQROnEnsemble(FirmLQR):
     """`LQR` on what an ensemble estimates; told the rig, the law of its friction and the delay, neither N_1 nor state.
 
     The ensemble (`baselines.ensemble`) follows the rig at the time of the last measurement; from there its mean is
-    simulated on to the present, with the references of the steps since. Set point and feedback are those of `LQR`, with
-    a `calm_effort`. `threads` as for the batch core.
+    simulated on to the present, with the references of the steps since. Set point and feedback are those of `FirmLQR`.
+    `threads` as for the batch core.
 
-    Tuning rule: `effort` and `calm_effort` were chosen among a few on a fleet to tune on, and so were the
-    ensemble's numbers.
+    Tuning rule: the ensemble's numbers were chosen among a few on a fleet to tune on.
     """
 
     channels: ClassVar[tuple[str, ...]] = ("speed_reference", "speed_target")
@@ -43,13 +42,10 @@ class LQROnEnsemble(LQR):
         sensors: str | tuple[str, ...] = "state",
         rig: RigLike = None,
         slew_limit: float | None = None,
-        effort: float = 30.0,
-        calm_effort: float = 0.3,
-        calm: float = 0.15,
         threads: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(sensors, rig, slew_limit, effort, calm_effort=calm_effort, calm=calm, **others)
+        super().__init__(sensors, rig, slew_limit, **others)
         noise = {
             channel.name: max(channel.noise, _LEAST_NOISE * channel.scale) / self.unit(channel.name)
             for channel in self.sensors.channels

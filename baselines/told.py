@@ -14,11 +14,10 @@ import numpy as np
 from baselines.jump_ease import Course, JumpEase
 from baselines.jump_ease_estimated import JumpEaseEstimated
 from baselines.lqg import LQG
-from baselines.lqr import LQR
+from baselines.lqr import LQR, FirmLQR
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.sensors import Sensors
 from drillrig_env.friction import Friction
-from drillrig_env.rig import RigLike
 
 __all__ = ["FirmLQROfRig", "JumpEaseOfBit", "JumpEaseOfRig", "LQGOfRig", "LQROfRig"]
 
@@ -46,23 +45,12 @@ class LQROfRig(LQR):
     """`LQR`: the exact state, rig and friction. The ceiling."""
 
 
-class FirmLQROfRig(LQR):
-    """`LQROfRig` with the efforts of `LQROnEnsemble`: a teacher for what has to act on noisy measurements.
+class FirmLQROfRig(FirmLQR):
+    """`FirmLQR`: a teacher for what has to act on noisy measurements.
 
     Who imitates a feedback of the exact state from measurements learns the feedback of what can be known of the state;
     so the feedback has to be one that bears noise.
     """
-
-    def __init__(
-        self,
-        sensors: str | tuple[str, ...] = "state",
-        rig: RigLike = None,
-        slew_limit: float | None = None,
-        effort: float = 30.0,
-        calm_effort: float = 0.3,
-        **others: Any,
-    ) -> None:
-        super().__init__(sensors, rig, slew_limit, effort, calm_effort=calm_effort, **others)
 
 
 class JumpEaseOfBit(JumpEaseEstimated):

@@ -15,7 +15,7 @@ import shutil
 import time
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -82,14 +82,19 @@ def json_text(content: Any, indent: int = 2) -> str:
     return json.dumps(_without_nan(content), indent=indent, ensure_ascii=False) + "\n"
 
 
-def read_json(path: str | Path, remedy: str) -> dict[str, Any]:
-    """The object in a JSON file. `ValueError` with `remedy`, what to do, where it is damaged or no object."""
+def read_json(path: str | Path, remedy: str, fault: Callable[[dict[str, Any]], str] = lambda _: "") -> dict[str, Any]:
+    """The object in a JSON file. `ValueError` with `remedy`, what to do, where it is damaged or no object.
+
+    `fault` says of an object in words what it lacks, and nothing where it lacks nothing.
+    """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
     except ValueError as error:
         raise ValueError(f"{path} is damaged: it is not JSON ({error}); {remedy}") from error
     if not isinstance(content, dict):
         raise ValueError(f"{path} is damaged: it holds no object but a {type(content).__name__}; {remedy}")
+    if lacking := fault(content):
+        raise ValueError(f"{path} is damaged: {lacking}; {remedy}")
     return content
 
 
