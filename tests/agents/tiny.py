@@ -12,3 +12,9 @@ ASYMMETRIC: dict[str, Any] = {
     "batch_size": 40,
     "policy_kwargs": {"lstm_hidden_size": 8, "enable_critic_lstm": False, "net_arch": {"pi": [8], "vf": []}},
 }
+
+FEW: dict[str, Any] = {"rigs": {"spread": {"string": 2.0, "friction": 1.5}, "count": 3, "seed": 0}, "spread": 0.0}
+"""Draws of three rigs that nobody knows."""
+
+SHORT: dict[str, Any] = {"duration": 4.0, "threads": 1, "scenario": FEW}
+"""Of `DrillRigUnknown-v0`: episodes of 40 steps on them."""
