@@ -47,6 +47,19 @@ def test_what_is_pinned_holds_for_every_episode_until_it_is_pinned_anew():
     assert len({*forces[3], 11.0, 12.0, 13.0}) == 5
 
 
+@pytest.mark.parametrize("pins", [None, {}, [{}, {}, {}]], ids=["as made", "none for all", "none for each"])
+def test_rigs_of_which_nothing_is_pinned_begin_together(pins, monkeypatch):
+    env = drillrig_env.make_sb3(3, seed=0, duration=0.2)
+    if pins is not None:
+        env.set_options(pins)
+    begun, reset = [], env.core.reset
+    monkeypatch.setattr(env.core, "reset", lambda rigs, *given: (begun.append(len(rigs)), reset(rigs, *given)))
+    env.reset()
+    for _ in range(2):
+        env.step(np.zeros((3, 1)))
+    assert begun == [3, 3]
+
+
 def test_a_list_pins_each_rig_with_its_own():
     env = drillrig_env.make_sb3(2, seed=0, duration=0.2)
     env.set_options([{"normal_force": 11.0, "load_steps": [(0.1, 3.0)]}, {"load_steps": []}])
