@@ -76,8 +76,8 @@ _SECTIONS = (
     _Section(
         "unknown",
         "What was tried where nobody knows the rig",
-        "A recipe for `ppo_unknown` that takes minutes, with one piece changed at a time: a tenth of the steps by "
-        "trial and half of the imitation that the shipped agent had. * is told what no real rig tells.",
+        "A recipe for `ppo_unknown` that takes minutes, with one piece changed at a time: a sixth of the steps by "
+        "trial and three quarters of those of imitation that the shipped agent had. * is told what no real rig tells.",
         "try",
         _UNKNOWN,
         "rigs at most, those of a fleet for validation drawn as in `unknown`, 16 episodes of each",
