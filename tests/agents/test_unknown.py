@@ -26,6 +26,7 @@ PIECES = {
     "untold": {"critic_told"},
     "on_target": {"reward"},
     "together": {"reward", "imitation", "estimates"},
+    "tuned": {"imitation", "learning_rate", "gamma", "gae_lambda", "n_epochs", "batch_size", "target_kl"},
     "frames_8": {"frame_stack"},
     "frames_20": set(),
     "frames_40": {"frame_stack"},
