@@ -164,7 +164,11 @@ def _add_tuning(parser: Parser) -> None:
     add("--budget-hours", type=of_kind(POSITIVE, "h"), metavar="H", help="and no longer than so (default: no limit)")
     objectives = "mitigated, calm, reward, time_to_calm"
     add("--objective", metavar="NAME", help=f"worth (share mitigated less a tenth of the mean cost), {objectives}")
-    add("--objective-suite", metavar="NAME", help="draws as in this suite, of rigs for validation (default: default)")
+    add(
+        "--objective-suite",
+        metavar="NAME",
+        help="draws as in this suite, of rigs for validation (default: the environment's)",
+    )
     add("--objective-rigs", type=of_kind(COUNT), metavar="N", help="so many (default: 500)")
 
 

@@ -16,12 +16,11 @@ from agents.endurance import ENDURING, endurance
 from agents.policy.action_zero import ActionZero
 from agents.policy.run_folder import SEEDS, TRAINED, load_policy, seeds_of, shipped
 from agents.shipping.card import tables_of_card, write_card
-from agents.shipping.home import home_suite
 from agents.shipping.named import add_names_argument
 from drillrig_env.command_line import Parser, command
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import DRAWS, suite
+from drillrig_env.evaluation.suites import DRAWS, home_suite, suite
 from drillrig_env.evaluation.tables import all_estimates
 from drillrig_env.files import json_text, write_text
 

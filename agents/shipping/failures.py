@@ -20,7 +20,6 @@ import numpy as np
 
 from agents.policy.run_folder import SEEDS, TRAINED, read_config, seeds_of
 from agents.shipping.card import write_card
-from agents.shipping.home import home_suite
 from agents.shipping.named import add_names_argument
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -29,7 +28,7 @@ from drillrig_env.evaluation.contestants import contestant_of
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.scores import score
-from drillrig_env.evaluation.suites import Suite, suite
+from drillrig_env.evaluation.suites import Suite, home_suite, suite
 from drillrig_env.evaluation.tables import HARDNESS, Scores
 from drillrig_env.files import check_writable, json_text, write_text
 from drillrig_env.flags import of_kind

@@ -5,7 +5,7 @@
     python -m agents.shipping.ship runs/ppo --name ppo --results results/ppo   # keep all episodes; goes on after Ctrl-C
 
 All seeds face all suites. The median seed is that of median mitigated share in the suite `default`, or in that of the
-rigs of its environment (`agents.shipping.home`), lower costs counting as better among equals (of an even number of
+rigs of its environment (`home_suite`), lower costs counting as better among equals (of an even number of
 seeds, the worse of the middle two). Its config, model and evaluations go into agents/trained/NAME, beside the card
 (`agents.shipping.card`), `seeds.json`, which holds every seed's scores, learning curve and training time, how long the
 shipped one holds what it reached (`agents.endurance`) and what action 0 does in its place
@@ -42,7 +42,7 @@ from agents.shipping.action_zero import in_its_place
 from agents.shipping.card import tables_of_card, write_card
 from agents.shipping.failures import FILE as FAILURES
 from agents.shipping.failures import failures_of
-from agents.shipping.home import home_suite, suites_of
+from agents.shipping.home import suites_of
 from agents.training.progress import read_progress
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -53,7 +53,7 @@ from drillrig_env.evaluation.findings import where_each_fails
 from drillrig_env.evaluation.histories import Histories
 from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
-from drillrig_env.evaluation.suites import SUITES, suite
+from drillrig_env.evaluation.suites import SUITES, home_suite, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
 from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
 from drillrig_env.flags import of_kind

@@ -92,10 +92,10 @@ def hyperparameters(
     taken = inspect.signature(algorithm_class(algorithm)).parameters
     known = [name for name in taken if name not in _FIXED]
     path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
-    tables = _read_tables(path) if table is None else {env_id: dict(table)}
+    tables = read_tables(path) if table is None else {env_id: dict(table)}
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
-    chosen = {**tables[env_id], **(changes or {})}
+    chosen = _changed(tables[env_id], changes or {})
     chosen.pop(_SEARCH, None)
     for name, value in chosen.items():
         if name not in (*known, *_OURS):
@@ -127,7 +127,7 @@ def search_of(algorithm: str, env_id: str, file: Path | None = None) -> tuple[di
     """
     algorithm_class(algorithm)
     path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
-    tables = _read_tables(path)
+    tables = read_tables(path)
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
     found = dict(tables[env_id])
@@ -172,8 +172,8 @@ def read_pairs(texts: Sequence[str]) -> dict[str, Any]:
     return found
 
 
-def _read_tables(path: Path) -> dict[str, dict[str, Any]]:
-    """The tables of a file of hyperparameters, by environment."""
+def read_tables(path: Path) -> dict[str, dict[str, Any]]:
+    """The tables of a file of hyperparameters, by environment. `ValueError` where it cannot be read."""
     try:
         tables = read_yaml(str(path), path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
@@ -183,6 +183,19 @@ def _read_tables(path: Path) -> dict[str, dict[str, Any]]:
     if not isinstance(tables, dict) or not all(isinstance(table, dict) for table in tables.values()):
         raise ValueError(f"{path}: allowed: a table of hyperparameters for each environment, as in agents/hyperparams")
     return tables
+
+
+def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """A table with changes put in; fields of what is imitated one by one, as a mapping or by names with a dot."""
+    chosen = dict(table)
+    for name, value in changes.items():
+        whole, dot, part = name.partition(".")
+        if whole != "imitation" or (value is None and not dot):
+            chosen[name] = value
+            continue
+        fields = {part: value} if dot else value
+        chosen[whole] = {**(chosen.get(whole) or {}), **fields} if isinstance(fields, Mapping) else fields
+    return chosen
 
 
 def _checked(algorithm: str, name: str, value: Any) -> Any:

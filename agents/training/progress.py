@@ -34,7 +34,7 @@ class Numbers(ProgressColumn):
 def line(numbers: dict[str, Any]) -> str:
     """The numbers of a training, as one line; those that are not known yet are left out."""
     if numbers.get("imitated") and not numbers.get("steps"):
-        return f"imitates: {numbers['imitated']:,} steps"
+        return f"imitates: {numbers['imitated']:,} steps, {numbers['seconds']:.0f} s"
     parts = [f"{numbers.get('steps', 0):,} steps"]
     for name, text in (
         ("reward", "reward {:.3f}"),
@@ -131,6 +131,7 @@ class ShowProgress(BaseCallback):
 
     def close(self) -> None:
         """Tell where the training ended, and give the terminal back."""
+        self._begin()  # it may have been stopped before it had told anything
         self._tell(at_once=True)
         if self.bars:
             self.bars.stop()

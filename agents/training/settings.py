@@ -23,6 +23,7 @@ from agents.training.curriculum import Stages
 from agents.training.device import DEVICES
 from agents.training.hyperparameters import ALGORITHMS, TOLD, hyperparameters
 from agents.training.imitation import Imitation, Teacher
+from agents.training.warm_up import steps_held
 from drillrig_env.allowed import COUNT, Allowed, Choice, File, Made, Switch, Text
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
@@ -130,6 +131,12 @@ def checked_config(training: Training) -> dict[str, Any]:
         _check_stages(training.env_id, env_kwargs, Stages.of(chosen["curriculum"]), training.algorithm in TOLD)
     if chosen.get("imitation") is not None:
         _check_teacher(training.env_id, env_kwargs, Imitation.of(chosen["imitation"]))
+    held = steps_held(training.algorithm, chosen)
+    if base and chosen["n_timesteps"] <= held:
+        allowed = (
+            f"> {held:,}, in which its critic learns alone and the agent stays as it is, or fewer critic_iterations"
+        )
+        raise refuse("Training", "n_timesteps", chosen["n_timesteps"], "steps", allowed)
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
         raise refuse("Training", "seed", training.seed, "", f"0 to {last}")

@@ -150,21 +150,23 @@ def _learn(
         callbacks.append(Anchor(folder, config, chosen["anchor"]))
     if chosen.get("curriculum"):
         callbacks.append(Curriculum(Stages.of(chosen["curriculum"]), _own(config)))
+    imitates = bool(chosen.get("imitation")) and not begun
     try:
         with checkpoint:
-            if chosen.get("imitation") and not begun:
+            if imitates:
                 _imitate(model, config, shown, checkpoint)
+                imitates = False
             model.learn(left, callback=callbacks, tb_log_name="tensorboard", reset_num_timesteps=not begun)
             save_model(folder / MODEL, model)
             (folder / CHECKPOINT).unlink(missing_ok=True)
     except (ValueError, FloatingPointError) as error:
         failure = Failed(f"{folder}: the training failed: {error}" if kept else f"the training failed: {error}")
         if kept:
-            _keep(model, folder, total, failure)
+            _keep(model, folder, total, imitates, failure)
         raise failure from error
     except BaseException as end:
         if kept:
-            _keep(model, folder, total, end)
+            _keep(model, folder, total, imitates, end)
         raise
     finally:
         shown.close()
@@ -180,7 +182,7 @@ def _remove_empty_log(model: BaseAlgorithm) -> None:
 
 
 def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgress, checkpoint: Checkpoint) -> None:
-    """Let the model imitate before it learns; a stop in between keeps nothing, since this takes a minute."""
+    """Let the model imitate before it learns; after a stop in between it begins anew."""
     env = model.get_env()
     assert env is not None
 
@@ -198,8 +200,15 @@ def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgres
         imitate(model, env, how, config["seed"], told)
 
 
-def _keep(model: BaseAlgorithm, folder: Path, total: int, end: BaseException) -> None:
-    """Save what was learnt before a stop or an error, and add to it what is kept and how to go on."""
+def _keep(model: BaseAlgorithm, folder: Path, total: int, imitates: bool, end: BaseException) -> None:
+    """Save what was learnt before a stop or an error, and add to it what is kept and how to go on.
+
+    Of what still `imitates` nothing is kept.
+    """
+    if imitates:
+        end.add_note("it still imitated, of which nothing is kept: that begins anew")
+        end.add_note(f"to go on: python train.py --resume {folder}")
+        return
     if not all(bool(one.isfinite().all()) for one in model.policy.parameters()):
         end.add_note("its weights are no numbers any more, and not kept; a lower learning_rate may help")
         return

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.training.hyperparameters import hyperparameters, search_of
+from agents.training.hyperparameters import HYPERPARAMETER_FILES, hyperparameters, read_tables, search_of
 from drillrig_env.parameters import refuse
 
 _KEYS = ("low", "high", "log", "as", "choices")
@@ -103,8 +103,10 @@ class Space:
         """As a file has it, by default the algorithm's own. `ValueError` where it has none, or what is not allowed."""
         table, search = search_of(algorithm, env_id, file)
         if not isinstance(search, Mapping) or not search:
-            path = file or f"agents/hyperparams/{algorithm}.yml"
-            raise ValueError(f"{path} says for {env_id} nowhere what to look through; allowed: ranges under `search`")
+            raise ValueError(
+                f"{file or HYPERPARAMETER_FILES / f'{algorithm}.yml'} says for {env_id} nowhere what to look through; "
+                f"allowed: ranges under `search`{_with_search(algorithm, env_id)}"
+            )
         found = cls(tuple(Dimension.of(str(name), given) for name, given in search.items()), table)
         for dimension in found.dimensions:
             ends = dimension.choices or (dimension.low, dimension.high)
@@ -142,6 +144,13 @@ class Space:
             else:
                 found[outer] = one.value(drawn[one.name])
         return found
+
+
+def _with_search(algorithm: str, env_id: str) -> str:
+    """Which files of this project have what to look through, in words; empty where none has."""
+    files = sorted(HYPERPARAMETER_FILES.rglob(f"{algorithm}.yml"))
+    with_it = [str(file) for file in files if env_id in read_tables(file) and search_of(algorithm, env_id, file)[1]]
+    return f", as in {', '.join(with_it)} (--conf-file)" if with_it else ""
 
 
 def seed_of(drawn: Mapping[str, Any], first: int) -> int:

@@ -17,6 +17,7 @@ from agents.tuning.space import Space, seed_of
 
 _LOOKS = 10
 """Times that a try is looked at on its way."""
+from drillrig_env.evaluation.suites import home_suite
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,13 @@ class Question:
     threads: int | None = None
 
     @classmethod
-    def of(cls, training: Training, objective: str = "worth", suite: str = "default", rigs: int = 500) -> Question:
-        """Of a training. `ValueError` for what is not allowed, and where its file has nothing to look through."""
+    def of(cls, training: Training, objective: str = "worth", suite: str | None = None, rigs: int = 500) -> Question:
+        """Of a training, by default on rigs as its environment has them.
+
+        `ValueError` for what is not allowed, and where its file has nothing to look through.
+        """
         objective_named(objective)
+        suite = home_suite(training.env_id) if suite is None else suite
         validation_suite(suite, rigs)
         space = Space.of(training.algorithm, training.env_id, training.conf_file)
         base = checked_config(replace(training, eval_freq=-1, save_freq=10**12, tensorboard=False))

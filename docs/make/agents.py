@@ -20,7 +20,6 @@ from agents.pictures.learning import action_zero, learning_curves
 from agents.policy.run_folder import TRAINED, read_config, read_seeds
 from agents.rivals import ahead, beside
 from agents.shipping.card import SHARED_DRAWS, imitation_steps, training_minutes
-from agents.shipping.home import home_suite
 from docs.make.choices import choices, made
 from docs.make.contents import with_contents
 from docs.make.use import USE
@@ -30,6 +29,7 @@ from drillrig_env.evaluation.report import markdown_table
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.statistics import interquartile_mean
 from drillrig_env.evaluation.store import read
+from drillrig_env.evaluation.suites import home_suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, Table, stored_row
 
 COMMAND = "python -m docs.make agents"
@@ -219,10 +219,9 @@ def _endurance(found: Mapping[str, _Agent]) -> str:
     """How long each agent holds what it reached, as a table."""
     times = list(found[AGENT].seeds["endurance"])
     held = {f"`{name}`": agent.seeds["endurance"] for name, agent in found.items()}
-    for soft, words in ((False, "action 0, the rig's own drive"), (True, "action 0, softened drive")):
-        one_of_drive = next((agent for agent in found.values() if agent.is_soft is soft), None)
-        if one_of_drive:
-            held[words] = one_of_drive.seeds["action_zero"]["endurance"]
+    for agent in sorted(found.values(), key=lambda agent: agent.is_soft):
+        drive = "softened drive" if agent.is_soft else "the rig's own drive"
+        held.setdefault(f"action 0, {drive}, `{agent.config['env_id']}`", agent.seeds["action_zero"]["endurance"])
     rows = [[words, *(f"{shares[time]:.3f}" for time in times)] for words, shares in held.items()]
     return markdown.table(["agent", *(f"{time} s" for time in times)], rows)
 

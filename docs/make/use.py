@@ -18,9 +18,18 @@ to one without a stop but for rounding. `python train.py --help` lists the rest:
 environment can be changed on the command line, and an unknown one is refused with the closest known name. A run's
 folder holds its config, command, versions, evaluations and models.
 
-Nothing that was learnt is lost: a checkpoint stays until the last model is whole, every file is whole or not there,
-one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0 (done),
-1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM).
+Nothing that was learnt by trial is lost: a checkpoint stays until the last model is whole, every file is whole or not
+there, one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0
+(done), 1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM). What is imitated
+before the first trial begins anew after a stop; it takes a minute for most agents, and minutes for `ppo_asymmetric`.
+
+**What is imitated** is the key `imitation`, and a dot changes a part of it. A small training where nobody knows the
+rig, a minute and a half of one core, which shows how all goes and learns little:
+
+```sh
+python train.py ppo_asymmetric --env DrillRigUnknown-v0 -n 409600 --threads 1 \\
+    -params n_envs:256 critic_iterations:2 imitation.rounds:2 imitation.updates:100 imitation.last_updates:500
+```
 
 **A curriculum** is a key of a file of hyperparameters, or of `-params`:
 
@@ -49,8 +58,9 @@ code their maker put there. This project reads a run's settings from `config.jso
 `model.zip`: `eval.py` and the export execute nothing that a run folder holds. `train.py --resume` does load the
 checkpoint's pickles: go on with your own trainings only. To pass an agent on, use ONNX, which holds no code.
 
-`python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew; others
-need algorithm and environment too, `python train.py ppo_asymmetric --env DrillRigUnknown-v0 --resume-from ppo_unknown`.
+`python train.py --resume-from ppo` goes on from a shipped agent with its settings and a rate that begins anew. First
+its critic learns alone, for `critic_iterations` rollouts; a training that would end before is refused. Others need
+algorithm and environment too, `python train.py ppo_asymmetric --env DrillRigUnknown-v0 --resume-from ppo_unknown`.
 `agents.training.fine_tuning.load_trainable("ppo", env)` gives its model for a loop of your own. Both warn where drive,
 slew limit, control period or channels are not those that it learnt with: there it begins as another policy. An agent
 whose critic is told more than it sees learns on in `make_sb3(1024, env_id="DrillRigUnknown-v0", privileged=True)`.

@@ -1,10 +1,11 @@
 """Compare policies on the same random rigs: tables in the terminal, a folder of results, pictures.
 
-  drillrig evaluate                                     # everyone on all suites
+  drillrig evaluate                                     # everyone on all suites of one rig
   drillrig evaluate --suite default --details           # one suite, all of its tables
   drillrig evaluate constant z_torque runs/ppo_1        # and a trained agent, by its run folder
   drillrig evaluate z_torque my_controller.py:MyPolicy  # and a controller of your own
   drillrig evaluate --env DrillRigSurface-v0 --output results/surface
+  drillrig evaluate --env DrillRigUnknown-v0            # on fleets of rigs that nobody knows
   drillrig evaluate --rig my_rig.toml                   # on a rig of your own
   drillrig evaluate --rig my_rig --suite default        # on rigs that a calibration allows, by its folder
   drillrig evaluate --suite default --rigs 100000 --on ray  # in pieces, side by side
@@ -52,7 +53,7 @@ from drillrig_env.evaluation.report import print_suite
 from drillrig_env.evaluation.results import Results
 from drillrig_env.evaluation.run_again import suite_of
 from drillrig_env.evaluation.store import clear_pictures, read, read_histories, save
-from drillrig_env.evaluation.suites import LARGE, OF_ONE_RIG, PIECE, SUITES, Suite, suite
+from drillrig_env.evaluation.suites import LARGE, OF_ONE_RIG, PIECE, SUITES, Suite, meant_for, suite
 from drillrig_env.evaluation.tables import all_estimates
 from drillrig_env.files import check_writable, owned
 from drillrig_env.flags import add_engine_arguments, add_rig_argument, engine_of, of_kind
@@ -109,7 +110,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             raise ValueError("--run brings the rig of its run; give it without --rig and --judged-on")
         contestants, failures, conditions = find_contestants(
             chosen.policies,
-            chosen.env or _env_of(chosen.suite),
+            chosen.env or _env_of(chosen.suite or OF_ONE_RIG),
             chosen.slow,
             _warn,
             chosen.rig if kept is None else kept[0].rig,
@@ -118,10 +119,12 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
         )
         check_steady(conditions.rig)
         critical_fall(conditions.rig, "--rig")  # without one, no score could be told
-        suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in chosen.suite]
+        one_rig = posterior is not None or chosen.judged_on is not None
+        asked = chosen.suite or (OF_ONE_RIG if one_rig else meant_for(conditions.env_id))
+        suites = [suite(name, chosen.rigs, conditions.scales) for name in SUITES if name in asked]
         if kept is not None:
             suites = [kept[1]]
-        elif (rigs := VerdictRigs.of(chosen.judged_on, posterior, conditions.rig, chosen.suite)) is not None:
+        elif (rigs := VerdictRigs.of(chosen.judged_on, posterior, conditions.rig, asked)) is not None:
             suites = [rigs.suite(one) for one in suites]
         _print(failures)
         names = [contestant.name for contestant in contestants]
@@ -190,7 +193,12 @@ def _parser(prog: str) -> Parser:
         "tables [rig] and [friction], whose N_1 is the largest that is drawn; the drive is set as on --rig",
     )
     add("--slow", action="store_true", help="without names, let slow policies (mppi) in as well")
-    add("--suite", nargs="+", choices=list(SUITES), default=list(OF_ONE_RIG), help=f"default: {' '.join(OF_ONE_RIG)}")
+    add(
+        "--suite",
+        nargs="+",
+        choices=list(SUITES),
+        help=f"default: those of the environment's own rigs where it has such, or {' '.join(OF_ONE_RIG)}",
+    )
     add(
         "--rigs",
         type=of_kind(COUNT),

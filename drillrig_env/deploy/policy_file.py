@@ -37,7 +37,10 @@ def find_file(policy: str | Path) -> Path:
     for path in (SHIPPED / f"{policy}.onnx", Path(policy)):
         if path.is_file():
             return path
-    raise ValueError(f"policy {str(policy)!r} is not known; {closest(str(policy), [*shipped_policies(), 'a file'])}")
+    known = closest(str(policy), [*shipped_policies(), "a file"])
+    raise ValueError(
+        f"policy {str(policy)!r} is not known; {known}; others become a file by `python -m agents.export NAME`"
+    )
 
 
 class PolicyFile:

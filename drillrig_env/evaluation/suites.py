@@ -237,10 +237,21 @@ SUITES = _OF_ONE_RIG | {"unknown": unknown_suite, "unknown_hard": unknown_hard_s
 """Every suite by name, in the order of the results."""
 
 OF_ONE_RIG = tuple(_OF_ONE_RIG)
-"""The suites of one rig that stays as it is, which are run where none is named."""
+"""The suites of one rig that stays as it is."""
 
 DRAWS = 16
 """Episodes of each rig of a fleet."""
+
+
+def meant_for(env_id: str) -> tuple[str, ...]:
+    """The suites that are run in an environment where none is named: those of its own rigs, or of the one rig."""
+    return tuple(name for name in SUITES if suite(name, 1).env_id == env_id) or OF_ONE_RIG
+
+
+def home_suite(env_id: str) -> str:
+    """The suite of an environment's own rigs: by which an agent's seed is chosen, and of which its card tells most."""
+    own = meant_for(env_id)
+    return "default" if own == OF_ONE_RIG else own[0]
 
 
 def suite(name: str, rigs: int = 1000, scales: Scales = _CHAPTER) -> Suite:

@@ -8,13 +8,13 @@ pytest.importorskip("sb3_contrib")
 
 from agents.policy.run_folder import read_seeds
 from agents.shipping.card import card
-from agents.shipping.home import home_suite, suites_of
+from agents.shipping.home import suites_of
 from agents.shipping.ship import ship
 from agents.training.settings import Training
 from agents.training.train import train
 from docs.make.agents import page
 from drillrig_env.env.registration import ENVIRONMENTS
-from drillrig_env.evaluation.suites import OF_ONE_RIG, SUITES, suite
+from drillrig_env.evaluation.suites import OF_ONE_RIG, SUITES, home_suite, suite
 from tests.agents.tiny import ASYMMETRIC
 
 

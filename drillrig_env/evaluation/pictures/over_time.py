@@ -42,7 +42,7 @@ def plot_histories(
     one = {name: float(scores[first][name][rig]) for name in ("normal_force", "hardness")}
     caption = (
         f"One rig {_WORDS[region]} under {len(chosen)} policies, suite {suite}, {results.config['env']}: "
-        f"ω* = {target:.2f} rad/s, ω_c = {omega_c:.2f} rad/s, fold = {fold:.2f} rad/s, "
+        f"ω* = {target:.2f} rad/s, ω_c = {omega_c:.2f} rad/s, {f'fold = {fold:.2f} rad/s, ' if np.isfinite(fold) else ''}"
         f"N_1 = {one['normal_force']:.1f} N at the end, q = {one['hardness']:.2f}. "
         f"It is the rig of median hardness in this region. {MARKS}."
     )
