@@ -120,6 +120,14 @@ def test_what_cannot_be_done_is_a_sentence_and_nothing_is_written(arguments, wor
     assert list(tmp_path.iterdir()) == []
 
 
+def test_policies_meet_the_environments_own_rigs_unless_suites_are_named(tmp_path):
+    few = ["constant", "--rigs", "1", "--no-pictures", "--output"]
+    assert evaluate(*few, tmp_path / "own", "--env", "DrillRigUnknown-v0") == 0
+    assert list(read(tmp_path / "own").scores) == ["unknown", "unknown_hard"]
+    assert evaluate(*few, tmp_path / "named", "--env", "DrillRigUnknown-v0", "--suite", "default") == 0
+    assert list(read(tmp_path / "named").scores) == ["default"]
+
+
 def test_without_a_terminal_progress_is_a_line_a_policy(tmp_path, capsys):
     evaluate("constant", "jump_ease", *FEW, "--output", tmp_path)
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("default: ")]

@@ -190,9 +190,9 @@ def _use(name: str, agent: Agent) -> str:
         else f"It works through a softened drive: {_drive(agent.drive)}. On another drive it is not the agent "
         "that was scored."
     )
+    example = EXAMPLE.replace("NAME", name).replace("SEED", str(_seed_that_sticks(agent)))
     return (
-        f"## Use\n\n{drive}\n\n```python\n{EXAMPLE.replace('NAME', name).replace('SEED', str(_seed_that_sticks(agent)))}"
-        f"```\n\n{_verdict(agent.config['env_id'])}"
+        f"## Use\n\n{drive}\n\n```python\n{example}```\n\n{_verdict(agent.config['env_id'])}"
         f"`python eval.py constant z_torque {name} --env {agent.config['env_id']}` compares it, "
         f"`python -m agents.export {name}` writes it as one ONNX file that needs neither this package "
         f"nor PyTorch.\n"

@@ -133,10 +133,8 @@ def checked_config(training: Training) -> dict[str, Any]:
         _check_teacher(training.env_id, env_kwargs, Imitation.of(chosen["imitation"]))
     held = steps_held(training.algorithm, chosen)
     if base and chosen["n_timesteps"] <= held:
-        allowed = (
-            f"> {held:,}, in which its critic learns alone and the agent stays as it is, or fewer critic_iterations"
-        )
-        raise refuse("Training", "n_timesteps", chosen["n_timesteps"], "steps", allowed)
+        allowed = f"> {held:,} steps, in which its critic learns alone, or fewer critic_iterations"
+        raise refuse("Training", "n_timesteps", chosen["n_timesteps"], "", allowed)
     last = TRAINING_SEEDS[-1] - chosen["n_envs"]
     if training.seed > last:
         raise refuse("Training", "seed", training.seed, "", f"0 to {last}")

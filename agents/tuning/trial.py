@@ -14,10 +14,10 @@ from agents.training.train import try_out
 from agents.training.warm_up import steps_held
 from agents.tuning.objective import Watch, objective_named, validation_suite, worth_of
 from agents.tuning.space import Space, seed_of
+from drillrig_env.evaluation.suites import home_suite
 
 _LOOKS = 10
 """Times that a try is looked at on its way."""
-from drillrig_env.evaluation.suites import home_suite
 
 
 @dataclass(frozen=True)

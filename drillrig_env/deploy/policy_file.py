@@ -38,9 +38,8 @@ def find_file(policy: str | Path) -> Path:
         if path.is_file():
             return path
     known = closest(str(policy), [*shipped_policies(), "a file"])
-    raise ValueError(
-        f"policy {str(policy)!r} is not known; {known}; others become a file by `python -m agents.export NAME`"
-    )
+    made = "" if known.startswith("did") else "; `python -m agents.export NAME` writes a file of a trained agent"
+    raise ValueError(f"policy {str(policy)!r} is not known; {known}{made}")
 
 
 class PolicyFile:

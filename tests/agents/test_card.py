@@ -4,6 +4,7 @@ import pytest
 
 from agents.policy.run_folder import TRAINED, read_seeds, shipped
 from agents.shipping.card import CARD, card
+from drillrig_env.env.scenario import STICK_SLIP
 
 CARDS = [name for name in shipped() if read_seeds(TRAINED / name)]
 
@@ -30,8 +31,10 @@ def test_card_tells_task_scores_training_and_use(trained):
 def test_example_of_the_card_runs(trained, monkeypatch, capsys):
     monkeypatch.setattr("agents.policy.run_folder.TRAINED", trained)
     (block,) = re.findall(r"```python\n(.*?)```", card("ppo", trained), re.DOTALL)
-    exec(compile(block, "card", "exec"), {})
+    variables = {}
+    exec(compile(block, "card", "exec"), variables)
     assert capsys.readouterr().out.strip() in ("True", "False")
+    assert variables["info"]["start"] == STICK_SLIP
 
 
 def test_agent_without_its_seeds_is_refused(five_seeds, trained):

@@ -107,6 +107,8 @@ def test_what_does_not_fit_is_refused_by_name(run, tmp_path):
         train(settings(tmp_path / "e", resume_from=str(run), hyperparams={"policy_kwargs": "dict(net_arch=[8])"}))
     with pytest.raises(ValueError, match=r"conf_file = mine\.yml is not allowed; allowed: none beside an"):
         train(settings(tmp_path / "f", resume_from=str(run), conf_file=Path("mine.yml")))
+    with pytest.raises(ValueError, match=r"n_timesteps = 128 is not allowed; allowed: > 128 steps, in"):
+        train(settings(tmp_path / "g", resume_from=str(run), n_timesteps=128, hyperparams={"critic_iterations": 1}))
     assert not list(tmp_path.iterdir())
 
 

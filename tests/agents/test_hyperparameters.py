@@ -50,6 +50,16 @@ def test_network_as_text():
             policy_kwargs(text)
 
 
+@pytest.mark.parametrize("changes", [{"imitation.rounds": 2}, {"imitation": {"rounds": 2}}], ids=["dot", "mapping"])
+def test_a_part_of_what_is_imitated_is_changed_alone(changes):
+    own, changed = (hyperparameters("ppo_asymmetric", "DrillRigUnknown-v0", one) for one in ({}, changes))
+    assert own["imitation"]["rounds"] != 2
+    assert changed == {**own, "imitation": {**own["imitation"], "rounds": 2}}
+    assert hyperparameters("ppo_asymmetric", "DrillRigUnknown-v0", {"imitation": None})["imitation"] is None
+    with pytest.raises(ValueError, match="did you mean rounds"):
+        hyperparameters("ppo", "DrillRig-v0", {"imitation.round": 2})
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -6,7 +6,7 @@ import json
 import pytest
 from rich.console import Console
 
-from agents.training.progress import bars, line, read_progress
+from agents.training.progress import ShowProgress, bars, line, read_progress
 
 NUMBERS = {"steps": 1_234_567, "reward": -0.123, "mitigated": 0.5, "evaluated": 0.25, "steps_per_second": 98_765.0}
 
@@ -27,6 +27,19 @@ def test_numbers_that_are_not_known_yet_are_left_out():
     told = "1,234,567 steps  reward -0.123  mitigated 0.50  evaluated 0.250  98,765 steps/s"
     assert line(NUMBERS) == told
     assert line({**NUMBERS, "evaluated": None}) == told.replace("  evaluated 0.250", "")
+
+
+def test_while_it_imitates_time_goes_on():
+    assert line({"imitated": 4_000, "steps": 0, "seconds": 12.3}) == "imitates: 4,000 steps, 12 s"
+
+
+def test_a_training_that_is_stopped_before_it_has_told_anything_has_taken_no_time(tmp_path):
+    for earlier in (0.0, 100.0):
+        (tmp_path / "progress.json").write_text(json.dumps({"seconds": earlier}))
+        shown = ShowProgress(tmp_path, 10, show=False)
+        shown.num_timesteps = 0
+        shown.close()
+        assert earlier <= read_progress(tmp_path)["seconds"] < earlier + 5.0
 
 
 def test_progress_that_is_missing_or_damaged_is_nothing_yet(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.training.hyperparameters import hyperparameters
+from agents.training.hyperparameters import HYPERPARAMETER_FILES, hyperparameters
 from agents.training.settings import Training
 from agents.training.train import try_out
 from agents.tuning import objective, search, study, trial
@@ -103,6 +103,19 @@ def test_objectives_and_suites_are_known_by_name(tmp_path):
         with pytest.raises(ValueError, match=message):
             question(tmp_path, **changes)
     assert set(OBJECTIVES) == {"worth", "mitigated", "calm", "reward", "time_to_calm"}
+
+
+def test_tries_are_judged_on_the_environments_own_rigs_unless_told(tmp_path):
+    assert question(tmp_path).suite == "default"
+    file = HYPERPARAMETER_FILES / "unknown" / "ppo_asymmetric.yml"
+    assert Question.of(Training("ppo_asymmetric", "DrillRigUnknown-v0", conf_file=file), rigs=1).suite == "unknown"
+
+
+def test_files_with_something_to_look_through_are_named():
+    with pytest.raises(ValueError, match=r"nowhere .*, as in .*unknown.ppo_asymmetric\.yml \(--conf-file\)$"):
+        Space.of("ppo_asymmetric", "DrillRigUnknown-v0")
+    with pytest.raises(ValueError, match=r"ranges under `search`$"):
+        Space.of("ppo_asymmetric", "DrillRigDrift-v0")
 
 
 class Pretends:

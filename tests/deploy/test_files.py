@@ -115,6 +115,8 @@ def test_a_changed_file_is_refused(tmp_path):
         PolicyFile(tmp_path / "text.onnx")
     with pytest.raises(ValueError, match=r"'lgq' is not known; did you mean lqg\?"):
         PolicyFile("lgq")
+    with pytest.raises(ValueError, match=r"; `python -m agents\.export NAME` writes a file of a trained agent"):
+        PolicyFile("ppo_unknown")
 
 
 def test_a_file_of_somebody_else_is_refused(tmp_path):

@@ -81,6 +81,18 @@ def test_histories_show_bit_speed_reference_and_torque_of_one_rig(comparison):
     assert "ω_c = " in picture.caption
 
 
+def test_a_fold_that_is_not_known_is_left_out_of_the_caption(comparison):
+    results, histories = comparison
+    for known in (True, False):
+        scores = {
+            policy: {**columns, "fold": columns["fold"] if known else np.full_like(columns["fold"], np.nan)}
+            for policy, columns in results.scores["load"].items()
+        }
+        caption = plot_histories(replace(results, scores={"load": scores}), histories, "load", "below").caption
+        assert ("fold = " in caption) is known
+        assert "nan" not in caption
+
+
 def test_at_most_four_histories_are_worth_showing_action_zero_and_the_best(comparison):
     results, histories = comparison
     scores = results.scores["default"]

@@ -8,8 +8,9 @@ import pytest
 from baselines import Constant
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.generators import first_uniforms
+from drillrig_env.env.registration import ENVIRONMENTS
 from drillrig_env.evaluation.runner import run
-from drillrig_env.evaluation.suites import OF_ONE_RIG, SUITES, suite
+from drillrig_env.evaluation.suites import OF_ONE_RIG, SUITES, meant_for, suite
 from drillrig_env.seeds import EVALUATION_SEEDS
 
 
@@ -100,6 +101,15 @@ def test_a_definition_is_plain_and_tells_suites_apart():
         targets = [k / 10 for k in range(10, 51, 2)]
         assert (count, options["speed_target"], options["normal_force"]) == (21, targets, force)
     assert stepped[1]["load_steps"] == [[10.0, 25.0]]
+
+
+def test_every_environment_has_suites_of_its_own_or_those_of_one_rig():
+    assert {env_id: meant_for(env_id) for env_id in ENVIRONMENTS} == {
+        "DrillRig-v0": OF_ONE_RIG,
+        "DrillRigSurface-v0": OF_ONE_RIG,
+        "DrillRigUnknown-v0": ("unknown", "unknown_hard"),
+        "DrillRigDrift-v0": ("drift",),
+    }
 
 
 def test_unknown_suite_is_refused():

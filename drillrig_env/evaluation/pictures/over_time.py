@@ -40,9 +40,10 @@ def plot_histories(
     panels[1, 0].set_ylabel("string torque, N m")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
     one = {name: float(scores[first][name][rig]) for name in ("normal_force", "hardness")}
+    where_it_ends = f"fold = {fold:.2f} rad/s, " if np.isfinite(fold) else ""
     caption = (
         f"One rig {_WORDS[region]} under {len(chosen)} policies, suite {suite}, {results.config['env']}: "
-        f"ω* = {target:.2f} rad/s, ω_c = {omega_c:.2f} rad/s, {f'fold = {fold:.2f} rad/s, ' if np.isfinite(fold) else ''}"
+        f"ω* = {target:.2f} rad/s, ω_c = {omega_c:.2f} rad/s, {where_it_ends}"
         f"N_1 = {one['normal_force']:.1f} N at the end, q = {one['hardness']:.2f}. "
         f"It is the rig of median hardness in this region. {MARKS}."
     )
