@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 MODEL, BEST_MODEL, FIRST_MODEL, CONFIG = "model.zip", "best_model.zip", "first_model.zip", "config.json"
 EVALUATIONS, CHECKPOINT, PROGRESS = "evaluations.npz", "checkpoint.npz", "progress.json"
+IMITATED = "imitated.pt"
 SEEDS = "seeds.json"
 TRAINED = Path(__file__).parents[1] / "trained"
 """The agents that come with the package: of each the median seed's run folder, with `seeds.json` about all seeds."""

@@ -7,6 +7,7 @@ with the memory that the piece before has left (truncated backpropagation throug
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import torch
@@ -16,6 +17,7 @@ from agents.policy.environment import batch_of
 from agents.recurrent.asymmetric import AsymmetricPPO
 from agents.recurrent.through_estimates import ToldActor
 from agents.recurrent.told import told_of
+from agents.training.imitated import Imitated
 from agents.training.imitation import Imitation, Teacher, imitation_cost, share_of_student
 
 Episodes = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
@@ -23,12 +25,18 @@ Episodes = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 
 
 def imitate_episodes(
-    model: AsymmetricPPO, env: VecEnv, how: Imitation, seed: int, told: Callable[[int], object] = lambda _: None
+    model: AsymmetricPPO,
+    env: VecEnv,
+    how: Imitation,
+    seed: int,
+    told: Callable[[int], object] = lambda _: None,
+    file: Path | None = None,
 ) -> None:
     """Fit the actor of `model` to the teacher, in `env`, whose observations it must take.
 
     `how.batch` counts control steps, of whole pieces as long as the model's sequences. Draws follow from `seed`. `told`
-    is called with the steps so far, several times a second; what it raises ends it.
+    is called with the steps so far, several times a second; what it raises ends it. With `model` and `env` made anew
+    and the same `file` it then goes on, and ends bit for bit as without the stop.
     """
     core = batch_of(env).core
     channels = len(core.sensors.channels)  # behind what an observer estimates
@@ -40,6 +48,7 @@ def imitate_episodes(
     learning += [] if told_actor is None else [*told_actor.first.parameters()]
     optimiser = torch.optim.Adam(learning, lr=how.learning_rate)
     episodes: list[Episodes] = []
+    in_an_episode = core.steps // model.n_steps
 
     def pieces() -> Iterator[tuple[bool, Episodes]]:
         """Pieces of episodes without end, those of some rigs of a round in turn; and whether they begin with it."""
@@ -51,9 +60,15 @@ def imitate_episodes(
                 seen, wanted, so = (rows[begin : begin + model.n_steps, chosen] for rows in played)
                 yield begin == 0, (seen, wanted, so)
 
-    def fit(updates: int, falling: bool) -> None:
-        state = model.no_memory(1)
-        for k, (begins, (seen, wanted, so)) in zip(range(updates), pieces(), strict=False):
+    def fit(number: int, updates: int, falling: bool) -> None:
+        done = kept.updates(number)
+        if done is None:
+            return
+        state, source = model.no_memory(1), pieces()
+        for k in range(done, updates):
+            if k % in_an_episode == 0:
+                kept.remember(k)
+            begins, (seen, wanted, so) = next(source)
             told(len(episodes) * core.steps * env.num_envs)
             if falling:
                 optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
@@ -68,26 +83,32 @@ def imitate_episodes(
         if told_actor is not None:
             told_actor.settle()
 
-    for number in range(how.rounds):
-        student = random.random(env.num_envs) < share_of_student(how, number)
-        observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
-        assert isinstance(observation, np.ndarray)
-        seen = torch.empty(core.steps, *observation.shape, device=model.device)
-        wanted = torch.empty(core.steps, env.num_envs, device=model.device)
-        so = torch.empty(core.steps, env.num_envs, model.told_channels, device=model.device)
-        state = model.no_memory(env.num_envs)
-        for step in range(core.steps):
-            told((len(episodes) * core.steps + step) * env.num_envs)
+    parts = [model.policy, model.estimator, *([] if told_actor is None else [told_actor.first]), optimiser]
+    kept = Imitated(parts, random, file)
+    with kept:
+        for number in range(how.rounds):
+            kept.begin(number)
+            student = random.random(env.num_envs) < share_of_student(how, number)
+            observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
             assert isinstance(observation, np.ndarray)
-            actions = teacher.actions(observation[:, -channels:], starts)
-            seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
-            so[step] = torch.from_numpy(told_of(env))
-            with torch.no_grad():
-                mean, state, _ = model.acts(seen[step : step + 1], state)
-            own = mean[0].cpu().numpy().clip(-1.0, 1.0)[:, None]
-            observation, _, starts, _ = env.step(np.where(student[:, None], own, actions))
-        episodes.append((seen, wanted, so))
-        fit(how.updates, falling=False)
-    fit(how.last_updates, falling=True)
+            seen = torch.empty(core.steps, *observation.shape, device=model.device)
+            wanted = torch.empty(core.steps, env.num_envs, device=model.device)
+            so = torch.empty(core.steps, env.num_envs, model.told_channels, device=model.device)
+            state = model.no_memory(env.num_envs)
+            for step in range(core.steps):
+                told((len(episodes) * core.steps + step) * env.num_envs)
+                assert isinstance(observation, np.ndarray)
+                actions = teacher.actions(observation[:, -channels:], starts)
+                seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
+                so[step] = torch.from_numpy(told_of(env))
+                with torch.no_grad():
+                    mean, state, _ = model.acts(seen[step : step + 1], state)
+                own = mean[0].cpu().numpy().clip(-1.0, 1.0)[:, None]
+                observation, _, starts, _ = env.step(np.where(student[:, None], own, actions))
+            episodes.append((seen, wanted, so))
+            fit(number, how.updates, falling=False)
+        kept.begin(how.rounds)
+        fit(how.rounds, how.last_updates, falling=True)
+        kept.begin(how.rounds + 1)
     with torch.no_grad():
         model.policy.log_std.fill_(how.log_std)

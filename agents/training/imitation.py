@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.sac.policies import SACPolicy
 
 from agents.policy.environment import batch_of
+from agents.training.imitated import Imitated
 from drillrig_env.allowed import COUNT, POSITIVE, SHARE, Allowed, Switch, Text
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import observe_episodes, scratch
@@ -68,11 +70,17 @@ class Imitation:
 
 
 def imitate(
-    model: BaseAlgorithm, env: VecEnv, how: Imitation, seed: int, told: Callable[[int], object] = lambda _: None
+    model: BaseAlgorithm,
+    env: VecEnv,
+    how: Imitation,
+    seed: int,
+    told: Callable[[int], object] = lambda _: None,
+    file: Path | None = None,
 ) -> None:
     """Fit the actor of `model` to the teacher, in `env`, whose observations it must take.
 
     Draws follow from `seed`. `told` is called with the steps so far, several times a second; what it raises ends it.
+    With `model` and `env` made anew and the same `file` it then goes on, and ends bit for bit as without the stop.
     """
     core = batch_of(env).core
     teacher = Teacher(how, core)
@@ -83,9 +91,13 @@ def imitate(
     seen: list[npt.NDArray[np.float32]] = []
     said: list[npt.NDArray[np.float32]] = []
 
-    def fit(updates: int, falling: bool) -> None:
+    def fit(number: int, updates: int, falling: bool) -> None:
+        done = kept.updates(number)
+        if done is None:
+            return
         observations, labels = (torch.from_numpy(np.concatenate(rows)).to(model.device) for rows in (seen, said))
-        for k in range(updates):
+        for k in range(done, updates):
+            kept.remember(k)
             told(len(seen) * env.num_envs)
             if falling:
                 optimiser.param_groups[0]["lr"] = how.learning_rate * (1.0 - k / updates)
@@ -95,20 +107,25 @@ def imitate(
             cost.backward()  # type: ignore[no-untyped-call]
             optimiser.step()
 
-    for number in range(how.rounds):
-        student = random.random(env.num_envs) < share_of_student(how, number)
-        observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
-        for _ in range(core.steps):
-            told(len(seen) * env.num_envs)
-            assert isinstance(observation, np.ndarray)
-            wanted = teacher.actions(observation[:, -channels:], starts)
-            with torch.no_grad():
-                own = actor.mean(torch.from_numpy(observation).to(model.device)).cpu().numpy().clip(-1.0, 1.0)
-            seen.append(observation.copy())
-            said.append(wanted)
-            observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
-        fit(how.updates, falling=False)
-    fit(how.last_updates, falling=True)
+    kept = Imitated((model.policy, optimiser), random, file)
+    with kept:
+        for number in range(how.rounds):
+            kept.begin(number)
+            student = random.random(env.num_envs) < share_of_student(how, number)
+            observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
+            for _ in range(core.steps):
+                told(len(seen) * env.num_envs)
+                assert isinstance(observation, np.ndarray)
+                wanted = teacher.actions(observation[:, -channels:], starts)
+                with torch.no_grad():
+                    own = actor.mean(torch.from_numpy(observation).to(model.device)).cpu().numpy().clip(-1.0, 1.0)
+                seen.append(observation.copy())
+                said.append(wanted)
+                observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
+            fit(number, how.updates, falling=False)
+        kept.begin(how.rounds)
+        fit(how.rounds, how.last_updates, falling=True)
+        kept.begin(how.rounds + 1)
     actor.explore(how.log_std)
 
 

@@ -33,7 +33,7 @@ class Numbers(ProgressColumn):
 
 def line(numbers: dict[str, Any]) -> str:
     """The numbers of a training, as one line; those that are not known yet are left out."""
-    if numbers.get("imitated") and not numbers.get("steps"):
+    if "imitated" in numbers and not numbers.get("steps"):
         return f"imitates: {numbers['imitated']:,} steps, {numbers['seconds']:.0f} s"
     parts = [f"{numbers.get('steps', 0):,} steps"]
     for name, text in (
@@ -99,7 +99,8 @@ class ShowProgress(BaseCallback):
     def _begin(self) -> None:
         if self._since:
             return
-        self._since = self._line = time.monotonic()
+        self._since = time.monotonic()
+        self._line = self._since - _SECONDS_OF_LINES  # the first line comes at once
         self._earlier = read_progress(self.folder).get("seconds", 0.0)
         if self.bars:
             self._task = self.bars.add_task(self.folder.name, total=self.total, numbers={})
@@ -151,6 +152,6 @@ class ShowProgress(BaseCallback):
             write_text(self.folder / PROGRESS, json.dumps(self._numbers) + "\n")
         if self.bars:
             self.bars.update(self._task, completed=self.num_timesteps, numbers=dict(self._numbers))
-        if self.lines and now - self._line > _SECONDS_OF_LINES:
+        if self.lines and now - self._line >= _SECONDS_OF_LINES:
             self._line = now
             print(f"{self.folder.name}: {line(self._numbers)}", flush=True)

@@ -13,7 +13,16 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.policy.environment import batch_of, environment_arguments, make_environment, task_of
-from agents.policy.run_folder import CHECKPOINT, MODEL, is_finished, is_run, new_run, read_config, write_config
+from agents.policy.run_folder import (
+    CHECKPOINT,
+    IMITATED,
+    MODEL,
+    is_finished,
+    is_run,
+    new_run,
+    read_config,
+    write_config,
+)
 from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
@@ -154,11 +163,12 @@ def _learn(
     try:
         with checkpoint:
             if imitates:
-                _imitate(model, config, shown, checkpoint)
+                _imitate(model, config, shown, checkpoint, folder / IMITATED if kept else None)
                 imitates = False
             model.learn(left, callback=callbacks, tb_log_name="tensorboard", reset_num_timesteps=not begun)
             save_model(folder / MODEL, model)
-            (folder / CHECKPOINT).unlink(missing_ok=True)
+            for file in (CHECKPOINT, IMITATED):
+                (folder / file).unlink(missing_ok=True)
     except (ValueError, FloatingPointError) as error:
         failure = Failed(f"{folder}: the training failed: {error}" if kept else f"the training failed: {error}")
         if kept:
@@ -181,8 +191,10 @@ def _remove_empty_log(model: BaseAlgorithm) -> None:
             Path(folder).rmdir()
 
 
-def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgress, checkpoint: Checkpoint) -> None:
-    """Let the model imitate before it learns; after a stop in between it begins anew."""
+def _imitate(
+    model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgress, checkpoint: Checkpoint, file: Path | None
+) -> None:
+    """Let the model imitate before it learns, or go on with that after a stop, from what `file` keeps."""
     env = model.get_env()
     assert env is not None
 
@@ -191,22 +203,23 @@ def _imitate(model: BaseAlgorithm, config: Mapping[str, Any], shown: ShowProgres
         shown.imitates(steps)
 
     how = Imitation.of(config["hyperparameters"]["imitation"])
+    shown.imitates(0)  # a teacher for hundreds of rigs is designed for half a minute
     if config["algorithm"] in TOLD:
         from agents.recurrent.imitation import imitate_episodes
 
         assert isinstance(model, algorithm_class(config["algorithm"]))
-        imitate_episodes(model, env, how, config["seed"], told)  # type: ignore[arg-type]
+        imitate_episodes(model, env, how, config["seed"], told, file)  # type: ignore[arg-type]
     else:
-        imitate(model, env, how, config["seed"], told)
+        imitate(model, env, how, config["seed"], told, file)
 
 
 def _keep(model: BaseAlgorithm, folder: Path, total: int, imitates: bool, end: BaseException) -> None:
     """Save what was learnt before a stop or an error, and add to it what is kept and how to go on.
 
-    Of what still `imitates` nothing is kept.
+    What still `imitates` has kept that itself, and is no agent yet.
     """
     if imitates:
-        end.add_note("it still imitated, of which nothing is kept: that begins anew")
+        end.add_note(f"{folder} keeps what was imitated")
         end.add_note(f"to go on: python train.py --resume {folder}")
         return
     if not all(bool(one.isfinite().all()) for one in model.policy.parameters()):

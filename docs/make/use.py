@@ -18,10 +18,10 @@ to one without a stop but for rounding. `python train.py --help` lists the rest:
 environment can be changed on the command line, and an unknown one is refused with the closest known name. A run's
 folder holds its config, command, versions, evaluations and models.
 
-Nothing that was learnt by trial is lost: a checkpoint stays until the last model is whole, every file is whole or not
-there, one process at a time trains in a folder, and a damaged file is named in one sentence. `train.py` ends with 0
-(done), 1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM). What is imitated
-before the first trial begins anew after a stop; it takes a minute for most agents, and minutes for `ppo_asymmetric`.
+Nothing that was learnt is lost: a checkpoint stays until the last model is whole, every file is whole or not there,
+one process at a time trains in a folder, and a damaged file is named in one sentence. What is imitated before the first
+trial, which takes minutes for `ppo_asymmetric`, goes on from `imitated.pt`; its episodes are played again. `train.py`
+ends with 0 (done), 1 (failed), 2 (the arguments are not allowed), 130 (stopped by Ctrl-C) or 143 (by SIGTERM).
 
 **What is imitated** is the key `imitation`, and a dot changes a part of it. A small training where nobody knows the
 rig, a minute and a half of one core, which shows how all goes and learns little:
