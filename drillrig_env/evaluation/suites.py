@@ -244,12 +244,12 @@ DRAWS = 16
 
 
 def meant_for(env_id: str) -> tuple[str, ...]:
-    """The suites that are run in an environment where none is named: those of its own rigs, or of the one rig."""
+    """The suites that are run in the environment `env_id` where none is named: those of its own rigs, or of one rig."""
     return tuple(name for name in SUITES if suite(name, 1).env_id == env_id) or OF_ONE_RIG
 
 
 def home_suite(env_id: str) -> str:
-    """The suite of an environment's own rigs: by which an agent's seed is chosen, and of which its card tells most."""
+    """The suite of the own rigs of the environment `env_id`: by which an agent's seed is chosen and its card is told."""
     own = meant_for(env_id)
     return "default" if own == OF_ONE_RIG else own[0]
 
