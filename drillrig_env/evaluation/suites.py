@@ -249,7 +249,7 @@ def meant_for(env_id: str) -> tuple[str, ...]:
 
 
 def home_suite(env_id: str) -> str:
-    """The suite of the own rigs of the environment `env_id`: by which an agent's seed is chosen and its card is told."""
+    """The suite of the own rigs of the environment `env_id`, by which an agent's seed is chosen."""
     own = meant_for(env_id)
     return "default" if own == OF_ONE_RIG else own[0]
 
