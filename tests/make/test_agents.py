@@ -51,7 +51,7 @@ def test_page_has_scores_learning_words_choices_and_use(docs, trained):
         "Words of a person.",
         "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | none | 0.500 (",
         "| action 0, same drive | | | 0.125 | none | 0.125 | 0.125 | 9.0 | 0.200 | |",
-        "| action 0, the rig's own drive |",
+        "| action 0, the rig's own drive, `DrillRig-v0` |",
         "| the shipped setting | 1,000, 960 of them the critic's alone | 2 | 0.500 (0.250 to 0.750) | 1.000",
         "python -m agents.export",
         "ablations: `the command`, today, one (2 trainings)",
