@@ -4,6 +4,7 @@
     python -m agents.compare newcomer                        # Stable-Baselines3's own settings
     python -m agents.compare unknown                         # where nobody knows the rig
     python -m agents.compare ablations --settings recipe sum # some of it
+    python -m agents.compare unknown --settings alone --steps 20000 --rigs 4 --runs /tmp/few --output /tmp/few.json
     python -m agents.compare ablations --steps 20000 --seeds 2 --rigs 50 --runs /tmp/runs --output /tmp/quick.json
 
 Each training is one of `train.py`, in a run folder of its own, and goes on after Ctrl-C when the command is given
