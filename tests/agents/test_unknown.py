@@ -17,6 +17,7 @@ from drillrig_env.seeds import EVALUATION_FLEETS, TRAINING_FLEETS, VALIDATION_FL
 CONFIGS = {one.name: checked_config(one.setting().training) for one in TRIES}
 PIECES = {
     "firm": {"imitation"},
+    "fitted": {"imitation"},
     "imitation": {"critic_iterations", "n_timesteps"},
     "alone": {"imitation", "critic_iterations", "policy_kwargs"},
     "through_estimates": {"estimates", "through_estimates", "critic_iterations", "n_timesteps"},
