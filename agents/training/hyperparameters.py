@@ -186,13 +186,18 @@ def read_tables(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """A table with changes put in; fields of what is imitated one by one, as a mapping or by names with a dot."""
+    """A table with changes put in; fields of what is imitated one by one, as a mapping or by names with a dot.
+
+    `ValueError` for a name with a dot where nothing is imitated.
+    """
     chosen = dict(table)
     for name, value in changes.items():
         whole, dot, part = name.partition(".")
         if whole != "imitation" or (value is None and not dot):
             chosen[name] = value
             continue
+        if dot and not chosen.get(whole):
+            raise ValueError(f"{name}: nothing is imitated here; allowed: imitation as a whole, {{teacher: NAME, ...}}")
         fields = {part: value} if dot else value
         chosen[whole] = {**(chosen.get(whole) or {}), **fields} if isinstance(fields, Mapping) else fields
     return chosen

@@ -58,6 +58,8 @@ def test_a_part_of_what_is_imitated_is_changed_alone(changes):
     assert hyperparameters("ppo_asymmetric", "DrillRigUnknown-v0", {"imitation": None})["imitation"] is None
     with pytest.raises(ValueError, match="did you mean rounds"):
         hyperparameters("ppo", "DrillRig-v0", {"imitation.round": 2})
+    with pytest.raises(ValueError, match=r"imitation\.rounds: nothing is imitated here; allowed: imitation as a whole"):
+        hyperparameters("ppo", "DrillRig-v0", {"imitation": None, "imitation.rounds": 2})
 
 
 @pytest.mark.parametrize(
