@@ -18,7 +18,7 @@ from agents.recurrent.asymmetric import AsymmetricPPO
 from agents.recurrent.through_estimates import ToldActor
 from agents.recurrent.told import told_of
 from agents.training.imitated import Imitated
-from agents.training.imitation import Imitation, Teacher, imitation_cost, share_of_student
+from agents.training.imitation import Imitation, Teacher, imitation_cost, in_rounds, share_of_student
 
 Episodes = tuple[torch.Tensor, torch.Tensor, torch.Tensor]
 """What was seen (steps, rigs, channels), the wanted actions (steps, rigs), what a critic is told (steps, rigs, ...)."""
@@ -60,10 +60,27 @@ def imitate_episodes(
                 seen, wanted, so = (rows[begin : begin + model.n_steps, chosen] for rows in played)
                 yield begin == 0, (seen, wanted, so)
 
-    def fit(number: int, updates: int, falling: bool) -> None:
-        done = kept.updates(number)
-        if done is None:
-            return
+    def play(number: int) -> None:
+        student = random.random(env.num_envs) < share_of_student(how, number)
+        observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
+        assert isinstance(observation, np.ndarray)
+        seen = torch.empty(core.steps, *observation.shape, device=model.device)
+        wanted = torch.empty(core.steps, env.num_envs, device=model.device)
+        so = torch.empty(core.steps, env.num_envs, model.told_channels, device=model.device)
+        state = model.no_memory(env.num_envs)
+        for step in range(core.steps):
+            told((len(episodes) * core.steps + step) * env.num_envs)
+            assert isinstance(observation, np.ndarray)
+            actions = teacher.actions(observation[:, -channels:], starts)
+            seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
+            so[step] = torch.from_numpy(told_of(env))
+            with torch.no_grad():
+                mean, state, _ = model.acts(seen[step : step + 1], state)
+            own = mean[0].cpu().numpy().clip(-1.0, 1.0)[:, None]
+            observation, _, starts, _ = env.step(np.where(student[:, None], own, actions))
+        episodes.append((seen, wanted, so))
+
+    def fit(done: int, updates: int, falling: bool) -> None:
         state, source = model.no_memory(1), pieces()
         for k in range(done, updates):
             if k % in_an_episode == 0:
@@ -85,30 +102,6 @@ def imitate_episodes(
 
     parts = [model.policy, model.estimator, *([] if told_actor is None else [told_actor.first]), optimiser]
     kept = Imitated(parts, random, file)
-    with kept:
-        for number in range(how.rounds):
-            kept.begin(number)
-            student = random.random(env.num_envs) < share_of_student(how, number)
-            observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
-            assert isinstance(observation, np.ndarray)
-            seen = torch.empty(core.steps, *observation.shape, device=model.device)
-            wanted = torch.empty(core.steps, env.num_envs, device=model.device)
-            so = torch.empty(core.steps, env.num_envs, model.told_channels, device=model.device)
-            state = model.no_memory(env.num_envs)
-            for step in range(core.steps):
-                told((len(episodes) * core.steps + step) * env.num_envs)
-                assert isinstance(observation, np.ndarray)
-                actions = teacher.actions(observation[:, -channels:], starts)
-                seen[step], wanted[step] = torch.from_numpy(observation), torch.from_numpy(actions[:, 0])
-                so[step] = torch.from_numpy(told_of(env))
-                with torch.no_grad():
-                    mean, state, _ = model.acts(seen[step : step + 1], state)
-                own = mean[0].cpu().numpy().clip(-1.0, 1.0)[:, None]
-                observation, _, starts, _ = env.step(np.where(student[:, None], own, actions))
-            episodes.append((seen, wanted, so))
-            fit(number, how.updates, falling=False)
-        kept.begin(how.rounds)
-        fit(how.rounds, how.last_updates, falling=True)
-        kept.begin(how.rounds + 1)
+    in_rounds(kept, how, play, fit)
     with torch.no_grad():
         model.policy.log_std.fill_(how.log_std)

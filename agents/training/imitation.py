@@ -91,10 +91,20 @@ def imitate(
     seen: list[npt.NDArray[np.float32]] = []
     said: list[npt.NDArray[np.float32]] = []
 
-    def fit(number: int, updates: int, falling: bool) -> None:
-        done = kept.updates(number)
-        if done is None:
-            return
+    def play(number: int) -> None:
+        student = random.random(env.num_envs) < share_of_student(how, number)
+        observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
+        for _ in range(core.steps):
+            told(len(seen) * env.num_envs)
+            assert isinstance(observation, np.ndarray)
+            wanted = teacher.actions(observation[:, -channels:], starts)
+            with torch.no_grad():
+                own = actor.mean(torch.from_numpy(observation).to(model.device)).cpu().numpy().clip(-1.0, 1.0)
+            seen.append(observation.copy())
+            said.append(wanted)
+            observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
+
+    def fit(done: int, updates: int, falling: bool) -> None:
         observations, labels = (torch.from_numpy(np.concatenate(rows)).to(model.device) for rows in (seen, said))
         for k in range(done, updates):
             kept.remember(k)
@@ -108,25 +118,28 @@ def imitate(
             optimiser.step()
 
     kept = Imitated((model.policy, optimiser), random, file)
-    with kept:
-        for number in range(how.rounds):
-            kept.begin(number)
-            student = random.random(env.num_envs) < share_of_student(how, number)
-            observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
-            for _ in range(core.steps):
-                told(len(seen) * env.num_envs)
-                assert isinstance(observation, np.ndarray)
-                wanted = teacher.actions(observation[:, -channels:], starts)
-                with torch.no_grad():
-                    own = actor.mean(torch.from_numpy(observation).to(model.device)).cpu().numpy().clip(-1.0, 1.0)
-                seen.append(observation.copy())
-                said.append(wanted)
-                observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
-            fit(number, how.updates, falling=False)
-        kept.begin(how.rounds)
-        fit(how.rounds, how.last_updates, falling=True)
-        kept.begin(how.rounds + 1)
+    in_rounds(kept, how, play, fit)
     actor.explore(how.log_std)
+
+
+def in_rounds(
+    kept: Imitated, how: Imitation, play: Callable[[int], object], fit: Callable[[int, int, bool], object]
+) -> None:
+    """Play every round and fit to all that was said so far, then fit once more; not to what `kept` has fitted.
+
+    `play` is called with the number of a round, from 0, and `fit` with the updates that are done, how many there are to
+    be, and whether their rate falls to zero.
+    """
+    with kept:
+        for number in range(how.rounds + 1):
+            kept.begin(number)
+            last = number == how.rounds
+            if not last:
+                play(number)
+            done = kept.updates(number)
+            if done is not None:
+                fit(done, how.last_updates if last else how.updates, last)
+        kept.begin(how.rounds + 1)
 
 
 def share_of_student(how: Imitation, number: int) -> float:
