@@ -34,7 +34,7 @@ _OURS = (
 )
 """What training itself uses, and not the algorithm. The second row is this project's own; rl-zoo3 has the first."""
 
-_SEARCH = "search"
+SEARCH = "search"
 """What `train.py --tune` looks through (`agents.tuning.space`), beside the values."""
 
 _FIXED = ("self", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model", "device")
@@ -91,12 +91,12 @@ def hyperparameters(
     """
     taken = inspect.signature(algorithm_class(algorithm)).parameters
     known = [name for name in taken if name not in _FIXED]
-    path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
+    path = file or own_file(algorithm)
     tables = read_tables(path) if table is None else {env_id: dict(table)}
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
     chosen = _changed(tables[env_id], changes or {})
-    chosen.pop(_SEARCH, None)
+    chosen.pop(SEARCH, None)
     for name, value in chosen.items():
         if name not in (*known, *_OURS):
             raise ValueError(f"{algorithm}: unknown hyperparameter {name!r}; {closest(name, [*_OURS, *known])}")
@@ -120,18 +120,23 @@ def hyperparameters(
     return chosen
 
 
+def own_file(algorithm: str) -> Path:
+    """The algorithm's own file of hyperparameters."""
+    return HYPERPARAMETER_FILES / f"{algorithm}.yml"
+
+
 def search_of(algorithm: str, env_id: str, file: Path | None = None) -> tuple[dict[str, Any], Any]:
     """The hyperparameters of an algorithm for an environment as its file has them, and what is to be looked through.
 
     `ValueError` for a file that cannot be read or has nothing for the environment.
     """
     algorithm_class(algorithm)
-    path = file or HYPERPARAMETER_FILES / f"{algorithm}.yml"
+    path = file or own_file(algorithm)
     tables = read_tables(path)
     if env_id not in tables:
         raise ValueError(f"{path.name} has no hyperparameters for {env_id!r}; {closest(env_id, tables)}")
     found = dict(tables[env_id])
-    search = found.pop(_SEARCH, None)
+    search = found.pop(SEARCH, None)
     return found, search
 
 

@@ -18,7 +18,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agents.training.hyperparameters import HYPERPARAMETER_FILES, hyperparameters, read_tables, search_of
+from agents.training.hyperparameters import (
+    HYPERPARAMETER_FILES,
+    SEARCH,
+    hyperparameters,
+    own_file,
+    read_tables,
+    search_of,
+)
 from drillrig_env.parameters import refuse
 
 _KEYS = ("low", "high", "log", "as", "choices")
@@ -104,7 +111,7 @@ class Space:
         table, search = search_of(algorithm, env_id, file)
         if not isinstance(search, Mapping) or not search:
             raise ValueError(
-                f"{file or HYPERPARAMETER_FILES / f'{algorithm}.yml'} says for {env_id} nowhere what to look through; "
+                f"{file or own_file(algorithm)} says for {env_id} nowhere what to look through; "
                 f"allowed: ranges under `search`{_with_search(algorithm, env_id)}"
             )
         found = cls(tuple(Dimension.of(str(name), given) for name, given in search.items()), table)
@@ -148,8 +155,8 @@ class Space:
 
 def _with_search(algorithm: str, env_id: str) -> str:
     """Which files of this project have what to look through, in words; empty where none has."""
-    files = sorted(HYPERPARAMETER_FILES.rglob(f"{algorithm}.yml"))
-    with_it = [str(file) for file in files if env_id in read_tables(file) and search_of(algorithm, env_id, file)[1]]
+    files = sorted(HYPERPARAMETER_FILES.rglob(own_file(algorithm).name))
+    with_it = [str(file) for file in files if read_tables(file).get(env_id, {}).get(SEARCH)]
     return f", as in {', '.join(with_it)} (--conf-file)" if with_it else ""
 
 
