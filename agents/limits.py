@@ -6,8 +6,8 @@
 
 Beside them stand laws, some told the rig, and the ceiling, which is told everything. All face the episodes of the suite
 `unknown`: as they are; with exact measurements; with measurements at once; with both; and the nominal rig in place of
-the fleet, as it is and with both. Shares in all are printed; the file keeps
-them by hardness too, with intervals, and `python -m docs.make agents` makes the tables of docs/agents.md from it.
+the fleet, as it is and with both. Shares in all are printed; the file keeps them by hardness too, with intervals, and
+`python -m docs.make agents` makes the tables of docs/agents.md from it.
 
 The file is written after each of these, and what it holds of the same agents and laws is not run again: one that was
 stopped goes on when the command is given again. Other agents in it stay, also those of a command that runs beside this

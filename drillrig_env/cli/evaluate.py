@@ -110,7 +110,7 @@ def main(arguments: Sequence[str] | None = None, prog: str = "drillrig evaluate"
             raise ValueError("--run brings the rig of its run; give it without --rig and --judged-on")
         contestants, failures, conditions = find_contestants(
             chosen.policies,
-            chosen.env or _env_of(chosen.suite or OF_ONE_RIG),
+            chosen.env or _env_of(chosen.suite or ()),
             chosen.slow,
             _warn,
             chosen.rig if kept is None else kept[0].rig,

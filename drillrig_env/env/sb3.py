@@ -181,9 +181,7 @@ class DrillRigVecEnv(ManyRigs, VecEnv):
     def _begin_pinned(self, rigs: npt.NDArray[np.intp]) -> None:
         """Begin an episode in the rigs of these numbers, with what `set_options` has pinned."""
         self._returns[rigs] = 0.0
-        pinned = np.array([id(options) if options else 0 for options in self._options])[
-            rigs
-        ]  # rigs of one kind at once
+        pinned = np.array([id(self._options[rig] or None) for rig in rigs])  # all that pin nothing are of one kind
         for one in dict.fromkeys(pinned.tolist()):
             some = rigs[pinned == one]
             pins = pins_of(self._options[some[0]], some, self.num_envs)
