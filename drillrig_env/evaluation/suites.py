@@ -244,12 +244,20 @@ DRAWS = 16
 
 
 def meant_for(env_id: str) -> tuple[str, ...]:
-    """The suites that are run in the environment `env_id` where none is named: those of its own rigs, or of one rig."""
+    """The suites that are run in the environment `env_id` where none is named: those of its own rigs, or of one rig.
+
+    >>> meant_for("DrillRigDrift-v0"), meant_for("DrillRig-v0") == OF_ONE_RIG
+    (('drift',), True)
+    """
     return tuple(name for name in SUITES if suite(name, 1).env_id == env_id) or OF_ONE_RIG
 
 
 def home_suite(env_id: str) -> str:
-    """The suite of the own rigs of the environment `env_id`, by which an agent's seed is chosen."""
+    """The suite of the own rigs of the environment `env_id`, by which an agent's seed is chosen.
+
+    >>> home_suite("DrillRigUnknown-v0"), home_suite("DrillRigSurface-v0")
+    ('unknown', 'default')
+    """
     own = meant_for(env_id)
     return "default" if own == OF_ONE_RIG else own[0]
 
