@@ -118,7 +118,7 @@ class Space:
         for dimension in found.dimensions:
             ends = dimension.choices or (dimension.low, dimension.high)
             for end in ends:  # each must be a hyperparameter, and allowed
-                hyperparameters(algorithm, env_id, found.changes({dimension.name: end}, table), table=table)
+                hyperparameters(algorithm, env_id, found.changes({dimension.name: end}), table=table)
             own = found.value(dimension.name)
             if own is not None and dimension.drawn(own) is None:  # the first try is to be what the file has
                 raise refuse("search", dimension.name, own, "", f"the file's own value among {ends}")
@@ -139,18 +139,9 @@ class Space:
         value = self.table.get(outer)
         return (value or {}).get(inner) if dot else value
 
-    def changes(self, drawn: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
-        """What was drawn as changes to the hyperparameters in a `table`."""
-        found: dict[str, Any] = {}
-        for one in self.dimensions:
-            if one.name not in drawn:
-                continue
-            outer, dot, inner = one.name.partition(".")
-            if dot:
-                found[outer] = {**(found.get(outer) or table.get(outer) or {}), inner: one.value(drawn[one.name])}
-            else:
-                found[outer] = one.value(drawn[one.name])
-        return found
+    def changes(self, drawn: Mapping[str, Any]) -> dict[str, Any]:
+        """What was drawn as changes to hyperparameters, by the names that are looked through."""
+        return {one.name: one.value(drawn[one.name]) for one in self.dimensions if one.name in drawn}
 
 
 def _with_search(algorithm: str, env_id: str) -> str:

@@ -110,8 +110,7 @@ class Study:
             return
         question, best = self.question, found[0]
         base, env_id = question.base, question.base["env_id"]
-        changes = question.space.changes(best.params, base["hyperparameters"])
-        merged = {**base["hyperparameters"], **changes, "env_kwargs": base["env_kwargs"]}
+        merged = {**question.chosen(best.params), "env_kwargs": base["env_kwargs"]}
         seed = seed_of(best.params, base["seed"])
         head = (
             f"# Found by a study of {len(found)} tries, {self.spent:,} steps; {question.objective} "

@@ -65,10 +65,14 @@ class Question:
 
     def config(self, drawn: Mapping[str, Any]) -> dict[str, Any]:
         """Everything that fixes the training of what was drawn. `ValueError` where that is not allowed."""
-        table = self.base["hyperparameters"]
-        changes = self.space.changes(drawn, table)
-        chosen = hyperparameters(self.base["algorithm"], self.base["env_id"], changes, table=table)
-        return {**self.base, "hyperparameters": chosen, "seed": seed_of(drawn, self.base["seed"])}
+        return {**self.base, "hyperparameters": self.chosen(drawn), "seed": seed_of(drawn, self.base["seed"])}
+
+    def chosen(self, drawn: Mapping[str, Any]) -> dict[str, Any]:
+        """The hyperparameters with what was drawn put in. `ValueError` where that is not allowed."""
+        base = self.base
+        return hyperparameters(
+            base["algorithm"], base["env_id"], self.space.changes(drawn), table=base["hyperparameters"]
+        )
 
     def definition(self) -> dict[str, Any]:
         """What a study is about, as plain values: one that goes on must be about the same."""

@@ -40,7 +40,7 @@ def test_the_projects_own_files_say_what_to_look_through(algorithm):
     space = Space.of(algorithm, "DrillRig-v0")
     assert len(space.dimensions) >= 5
     assert [one.name for one in space.dimensions] == list(space.own())
-    assert f"lin_{float(space.table['learning_rate'][4:]):.3g}" == space.changes(space.own(), {})["learning_rate"]
+    assert f"lin_{float(space.table['learning_rate'][4:]):.3g}" == space.changes(space.own())["learning_rate"]
     assert "search" not in hyperparameters(algorithm, "DrillRig-v0")
 
 
@@ -74,16 +74,22 @@ def test_what_is_drawn_becomes_hyperparameters():
     assert Dimension.of("n", {"low": 2, "high": 9}).value(7) == 7
     rounds = Dimension.of("imitation.rounds", {"low": 2, "high": 9})
     space = Space((rate, rounds), {})
-    found = space.changes(
-        {"learning_rate": 0.002, "imitation.rounds": 3}, {"imitation": {"teacher": "lqg", "rounds": 5}}
-    )
-    assert found == {"learning_rate": "lin_0.002", "imitation": {"teacher": "lqg", "rounds": 3}}
+    found = space.changes({"learning_rate": 0.002, "imitation.rounds": 3, "gamma": 0.9})
+    assert found == {"learning_rate": "lin_0.002", "imitation.rounds": 3}
     assert (rate.drawn("lin_0.002"), rate.drawn("lin_1.0"), rate.drawn("cos_0.002"), rate.drawn(None)) == (
         0.002,
         *3 * [None],
     )
     assert (rounds.drawn(5), rounds.drawn(2.5), Dimension.of("n", {"choices": [64, 128]}).drawn(64)) == (5, None, 64)
     assert seed_of({"a": 1}, 5) == seed_of({"a": 1}, 0) + 5 != seed_of({"a": 2}, 0) + 5
+
+
+def test_what_is_drawn_for_a_part_of_what_is_imitated_leaves_the_rest():
+    training = Training("ppo_asymmetric", "DrillRigUnknown-v0", conf_file=HYPERPARAMETER_FILES / "unknown" / "ppo_asymmetric.yml")
+    one = Question.of(training, rigs=4)
+    drawn, own = one.chosen({"imitation.log_std": -2.0}), one.base["hyperparameters"]
+    assert drawn == {**own, "imitation": {**own["imitation"], "log_std": -2.0}}
+    assert own["imitation"]["log_std"] != -2.0
 
 
 def test_tries_are_judged_on_rigs_of_their_own():
