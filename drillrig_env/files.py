@@ -55,7 +55,8 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         _flush(new)
         _replace(new, target)
     except OSError as error:
-        if error.filename is not None and Path(error.filename) == new:
+        of_no_file = error.filename is None and error.errno is not None  # as of a write to a full disk
+        if of_no_file or (error.filename is not None and Path(error.filename) == new):
             error.filename = str(path)
             del error.filename2  # None in its place would be printed as another file
         raise

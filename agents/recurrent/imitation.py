@@ -62,6 +62,7 @@ def imitate_episodes(
 
     def play(number: int) -> None:
         student = random.random(env.num_envs) < share_of_student(how, number)
+        policy.set_training_mode(False)
         observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
         assert isinstance(observation, np.ndarray)
         seen = torch.empty(core.steps, *observation.shape, device=model.device)
@@ -81,6 +82,7 @@ def imitate_episodes(
         episodes.append((seen, wanted, so))
 
     def fit(done: int, updates: int, falling: bool) -> None:
+        policy.set_training_mode(True)
         state, source = model.no_memory(1), pieces()
         for k in range(done, updates):
             if k % in_an_episode == 0:

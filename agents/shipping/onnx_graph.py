@@ -53,7 +53,7 @@ def act_in_double(agent: Agent, observation: Frames, state: Memory) -> tuple[np.
     hidden = torch.as_tensor(rows, dtype=torch.float64)
     with torch.no_grad():
         for layer in actor_layers(agent):
-            double: Any = copy.deepcopy(layer).double()
+            double: Any = copy.deepcopy(layer).double().eval()  # nothing is dropped out
             if isinstance(layer, torch.nn.LSTM):
                 memory = None if state is None else tuple(map(torch.from_numpy, layers_of(state, layer.num_layers)))
                 hidden, memory = double(hidden[None], memory)

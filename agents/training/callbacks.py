@@ -89,12 +89,14 @@ class Checkpoint(BaseCallback):
 
     Between `with` and its end, Ctrl-C and SIGTERM ask for a stop: the rollout and its update are finished,
     the checkpoint is written and `KeyboardInterrupt` (`Terminated` for SIGTERM) is raised. A second one stops at
-    once. Where `asked` is given, signals are left alone, and a stop is asked for when it returns True.
+    once, and while `at_once` is set the first does. Where `asked` is given, signals are left alone, and a stop is asked
+    for when it returns True.
     """
 
     def __init__(self, folder: Path, every: int, asked: Callable[[], bool] | None = None):
         super().__init__()
         self.path, self.every, self.asked = folder / CHECKPOINT, every, asked
+        self.at_once = False
         self._stop: KeyboardInterrupt | None = None
         self._next = every
         self._handlers: dict[int, Any] = {}
@@ -109,9 +111,9 @@ class Checkpoint(BaseCallback):
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
     def _ask(self, number: int, _frame: FrameType | None) -> None:
-        again = self._stop is not None
+        now = self.at_once or self._stop is not None
         self._stop = Terminated() if number == signal.SIGTERM else KeyboardInterrupt()
-        if again:
+        if now:
             raise self._stop
 
     def _on_training_start(self) -> None:

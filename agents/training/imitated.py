@@ -7,6 +7,7 @@ gives the same episodes; what was fitted to them is not fitted again.
 from __future__ import annotations
 
 import copy
+import hashlib
 import io
 import json
 import pickle
@@ -19,11 +20,12 @@ from typing import Any
 import numpy as np
 import torch
 
-from drillrig_env.files import written_whole
+from drillrig_env.files import write_bytes
 
 _SECONDS = 2.0  # of work that a stop may lose
 _SECONDS_OF_FILE = 60.0  # and a machine that fails
 
+_DIGEST = hashlib.sha256().digest_size  # bytes before the rest of the file, since PyTorch does not look for damage
 _UNREADABLE = (KeyError, ValueError, TypeError, RuntimeError, EOFError, OSError, IndexError, pickle.UnpicklingError)
 
 
@@ -31,7 +33,7 @@ class Imitated:
     """What `learns` (networks and their optimiser) and the generator `random` were like when, as far as it matters.
 
     As a context it writes its `file` when the imitation ends or is stopped, and each minute before; None writes none.
-    Raises `ValueError` for a file that is damaged.
+    Raises `ValueError` for a file that is damaged, and `FloatingPointError` rather than remember what is no number.
     """
 
     def __init__(self, learns: Sequence[Any], random: np.random.Generator, file: Path | None = None) -> None:
@@ -40,9 +42,11 @@ class Imitated:
         self.fit: tuple[int, dict[str, Any]] | None = None  # updates after the last of them, and how all then was
         self._remembered, self._written = 0.0, time.monotonic()
         if file is not None and file.is_file():
-            content = io.BytesIO(file.read_bytes())
+            found, content = (read := file.read_bytes())[:_DIGEST], read[_DIGEST:]
             try:
-                kept = torch.load(content, map_location="cpu", weights_only=True)
+                if found != hashlib.sha256(content).digest():
+                    raise ValueError("it is not as it was written")
+                kept = torch.load(io.BytesIO(content), map_location="cpu", weights_only=True)
                 self.rounds, self.fit = kept["rounds"], kept["fit"]
                 self._make(self.rounds[-1])
             except _UNREADABLE as error:
@@ -81,17 +85,25 @@ class Imitated:
             self._write()
 
     def _now(self) -> dict[str, Any]:
+        networks = [one for one in self.learns if isinstance(one, torch.nn.Module)]
+        if not all(bool(one.isfinite().all()) for network in networks for one in network.parameters()):
+            raise FloatingPointError("what imitates has weights that are no numbers any more")
         parts = [copy.deepcopy(one.state_dict()) for one in self.learns]
-        return {"parts": parts, "random": json.dumps(self.random.bit_generator.state)}
+        generators = {"random": json.dumps(self.random.bit_generator.state), "torch": torch.get_rng_state()}
+        return {"parts": parts, **generators}
 
     def _make(self, then: dict[str, Any]) -> None:
         for one, part in zip(self.learns, then["parts"], strict=True):
             one.load_state_dict(copy.deepcopy(part))
         self.random.bit_generator.state = json.loads(then["random"])
+        torch.set_rng_state(then["torch"])  # which drops units out, where a network has that
 
     def _write(self) -> None:
         self._written = time.monotonic()
         if self.file is None:
             return
-        with suppress(OSError), written_whole(self.file) as new:  # a full disk must not end what it is to keep
-            torch.save({"rounds": self.rounds, "fit": self.fit}, new)
+        content = io.BytesIO()  # PyTorch's own error for a full disk is none of the system's
+        torch.save({"rounds": self.rounds, "fit": self.fit}, content)
+        whole = content.getvalue()
+        with suppress(OSError):  # a full disk must not end what it is to keep
+            write_bytes(self.file, hashlib.sha256(whole).digest() + whole)

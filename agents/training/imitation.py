@@ -93,6 +93,7 @@ def imitate(
 
     def play(number: int) -> None:
         student = random.random(env.num_envs) < share_of_student(how, number)
+        model.policy.set_training_mode(False)
         observation, starts = env.reset(), np.ones(env.num_envs, dtype=np.bool_)
         for _ in range(core.steps):
             told(len(seen) * env.num_envs)
@@ -105,6 +106,7 @@ def imitate(
             observation, _, starts, _ = env.step(np.where(student[:, None], own, wanted))
 
     def fit(done: int, updates: int, falling: bool) -> None:
+        model.policy.set_training_mode(True)
         observations, labels = (torch.from_numpy(np.concatenate(rows)).to(model.device) for rows in (seen, said))
         for k in range(done, updates):
             kept.remember(k)

@@ -199,11 +199,13 @@ def _imitate(
     assert env is not None
 
     def told(steps: int) -> None:
+        checkpoint.at_once = False
         checkpoint.stop_if_asked()
         shown.imitates(steps)
 
     how = Imitation.of(config["hyperparameters"]["imitation"])
-    shown.imitates(0)  # a teacher for hundreds of rigs is designed for half a minute
+    shown.imitates(0)
+    checkpoint.at_once = True  # a teacher for hundreds of rigs is designed for half a minute, and nothing to be kept
     if config["algorithm"] in TOLD:
         from agents.recurrent.imitation import imitate_episodes
 
@@ -218,12 +220,13 @@ def _keep(model: BaseAlgorithm, folder: Path, total: int, imitates: bool, end: B
 
     What still `imitates` has kept that itself, and is no agent yet.
     """
-    if imitates:
-        end.add_note(f"{folder} keeps what was imitated")
-        end.add_note(f"to go on: python train.py --resume {folder}")
-        return
     if not all(bool(one.isfinite().all()) for one in model.policy.parameters()):
         end.add_note("its weights are no numbers any more, and not kept; a lower learning_rate may help")
+        return
+    if imitates:
+        kept = (folder / IMITATED).is_file()
+        end.add_note(f"{folder} keeps {'what' if kept else 'nothing that'} was imitated")
+        end.add_note(f"to go on: python train.py --resume {folder}")
         return
     try:
         save_model(folder / MODEL, model)

@@ -85,7 +85,8 @@ def test_what_is_drawn_becomes_hyperparameters():
 
 
 def test_what_is_drawn_for_a_part_of_what_is_imitated_leaves_the_rest():
-    training = Training("ppo_asymmetric", "DrillRigUnknown-v0", conf_file=HYPERPARAMETER_FILES / "unknown" / "ppo_asymmetric.yml")
+    file = HYPERPARAMETER_FILES / "unknown" / "ppo_asymmetric.yml"
+    training = Training("ppo_asymmetric", "DrillRigUnknown-v0", conf_file=file)
     one = Question.of(training, rigs=4)
     drawn, own = one.chosen({"imitation.log_std": -2.0}), one.base["hyperparameters"]
     assert drawn == {**own, "imitation": {**own["imitation"], "log_std": -2.0}}
