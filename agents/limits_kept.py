@@ -143,7 +143,7 @@ def section(content: Mapping[str, Any] | None) -> str:
         "## What limits where nobody knows the rig\n",
         f"The {content['rigs']} rigs of `{SUITE}`, 16 episodes of each, as they are seen; with exact measurements; "
         "with measurements that are not late; and the nominal rig in all of these episodes in place of the fleet. * is "
-        "told what no real rig tells.\n",
+        "told what no real rig tells. [What they are, and what follows](fleets.md#what-limits).\n",
         table(content),
     ]
     for condition in _BY_HARDNESS:
