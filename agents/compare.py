@@ -27,6 +27,7 @@ from typing import Any
 
 from agents.compared import Compared, evaluate
 from agents.policy.action_zero import SAME_DRIVE
+from agents.policy.finding import at_slew_limit
 from agents.policy.run_folder import is_finished, is_run, load_policy, read_config
 from agents.setting import ScoredOn, Setting
 from agents.training.device import DEVICES
@@ -39,7 +40,6 @@ from drillrig_env.command_line import Failed, Parser, command
 from drillrig_env.files import check_writable, check_writable_file, owned
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import closest, refuse
-from drillrig_env.scales import SLEW_LIMIT
 
 COMMAND = "python -m agents.compare"
 SEEDS, RIGS = 3, 1000
@@ -158,8 +158,7 @@ def _one(
         elif not is_finished(run):
             resume(run, threads)
         agent = load_policy(run)
-        acting = agent.at_slew_limit(SLEW_LIMIT)
-        scores = evaluate(acting, agent.environment["sensors"], about["rigs"], threads, suites)
+        scores = evaluate(at_slew_limit(agent), agent.environment["sensors"], about["rigs"], threads, suites)
         seconds = read_progress(run)["seconds"]
         machine = read_config(run)["provenance"]["machine"]
         kept.keep(setting.name, about, seed, {"seconds": seconds, "machine": machine, "scores": scores})

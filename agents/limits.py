@@ -38,6 +38,8 @@ from agents.limits_kept import (
     table,
     together,
 )
+from agents.policy.agent import Agent
+from agents.policy.finding import at_slew_limit
 from agents.policy.run_folder import MODEL, find_run, load_policy
 from agents.unknown import BESIDE
 from drillrig_env.command_line import Parser, command
@@ -49,9 +51,9 @@ from drillrig_env.evaluation.suites import LARGEST_FLEET, Suite, suite
 from drillrig_env.evaluation.tables import estimates
 from drillrig_env.files import check_writable_file, json_text, owned, write_text
 from drillrig_env.flags import of_kind
+from drillrig_env.parameters import refuse
 from drillrig_env.policy import context_of, make_policy
 from drillrig_env.progress import Progress
-from drillrig_env.scales import SLEW_LIMIT
 
 RIGS = LARGEST_FLEET
 _WAIT = 60.0  # s, for another process that writes
@@ -113,7 +115,7 @@ def limits(names: Sequence[str], rigs: int = RIGS, kept: Mapping[str, Any] | Non
 
     What is `kept` from before is not run again. `ValueError` where there is no such agent.
     """
-    agents = {words_of(name): load_policy(find_run(name)).at_slew_limit(SLEW_LIMIT) for name in names}
+    agents = {words_of(name): _agent(name) for name in names}
     policies: dict[str, Any] = {**agents, **{words: name for name, words in BESIDE.items()}}
     asked = conditions(rigs)
     before = (kept or {}).items()
@@ -136,6 +138,14 @@ def limits(names: Sequence[str], rigs: int = RIGS, kept: Mapping[str, Any] | Non
                 progress.show(condition, number, len(policies))
             found[condition] = rows
             yield found
+
+
+def _agent(name: str) -> Agent:
+    """The agent of a name or run folder, for the rig of the suite. `ValueError` where its drive is another."""
+    agent = load_policy(find_run(name))
+    if agent.drive is not None:
+        raise refuse(COMMAND, "agent", name, "", "one on the rig's own drive, as those are that it stands beside")
+    return at_slew_limit(agent)
 
 
 def words_of(name: str) -> str:

@@ -16,7 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from agents.policy.action_zero import SAME_DRIVE
-from agents.policy.run_folder import TRAINED, is_run, load_policy
+from agents.policy.finding import at_slew_limit
+from agents.policy.run_folder import TRAINED, load_policy, shipped
 from drillrig_env import markdown
 from drillrig_env.allowed import COUNT
 from drillrig_env.command_line import Parser, command
@@ -29,7 +30,7 @@ from drillrig_env.files import check_writable_file, json_text, read_json, write_
 from drillrig_env.flags import of_kind
 from drillrig_env.policy import Policy, make_policy
 from drillrig_env.progress import Progress
-from drillrig_env.scales import CONTROL_PERIOD, SLEW_LIMIT
+from drillrig_env.scales import CONTROL_PERIOD
 
 COMMAND = "python -m agents.noise_and_delay"
 FILE = Path("agents") / "noise_and_delay.json"
@@ -83,10 +84,10 @@ def shares(
 
 def _policies(env_id: str, sensors: Any, trained: Path) -> dict[str, Policy]:
     """Who is tried at every delay: the agents for an environment on the rig's own drive, and what they stand beside."""
-    agents = {folder.name: load_policy(folder) for folder in filter(is_run, sorted(trained.glob("*")))}
+    agents = {name: load_policy(trained / name) for name in shipped(trained)}
     return {
         **{
-            f"`{name}`": agent.at_slew_limit(SLEW_LIMIT)
+            f"`{name}`": at_slew_limit(agent)
             for name, agent in agents.items()
             if agent.env_id == env_id and agent.drive is None
         },

@@ -15,7 +15,7 @@ import shutil
 import time
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -137,6 +137,36 @@ def check_writable_file(path: str | Path) -> None:
         raise IsADirectoryError(f"{path} cannot be written: it is a folder")
     if path.is_file() or not path.exists():  # else a device, which is written to as it is
         check_writable(path.parent)
+
+
+@contextmanager
+def written_folders(folders: Sequence[Path], check: Callable[[], object] = lambda: None) -> Iterator[list[Path]]:
+    """Folders to write into; when the block ends, each takes the place of one of `folders`, at once.
+
+    They lie beside `folders`, hidden. Where the block raises, or after it `check`, which may say that a folder must not
+    be replaced, `folders` are what they were and nothing is left.
+    """
+    new = [folder.with_name(f".{folder.name}.{secrets.token_hex(4)}") for folder in folders]
+    parents = [path for folder in folders for path in folder.parents if not path.exists()]
+    try:
+        for path in new:
+            path.mkdir(parents=True)
+        yield new
+        check()
+        for path, folder in zip(new, folders, strict=True):
+            if folder.exists():
+                old = path.with_name(f"{path.name}.old")
+                os.replace(folder, old)
+                os.replace(path, folder)
+                shutil.rmtree(old)
+            else:
+                os.replace(path, folder)
+    finally:
+        for path in new:
+            shutil.rmtree(path, ignore_errors=True)
+        for path in parents:
+            with suppress(OSError):  # something else is in it
+                path.rmdir()
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from drillrig_env.files import (
     read_json,
     write_bytes,
     write_text,
+    written_folders,
     written_whole,
 )
 
@@ -186,3 +187,44 @@ def test_a_lock_ends_with_its_process_however_it_ends(tmp_path):
     assert Path(tmp_path / LOCK).exists() or os.name == "nt"
     with owned(tmp_path):
         pass
+
+
+def test_folders_are_whole_or_not_there(tmp_path):
+    folders = [tmp_path / "sets" / name for name in ("a", "b")]
+
+    def write(text, stop=False):
+        with written_folders(folders) as new:
+            for folder in new:
+                (folder / "file").write_text(text)
+                assert folder.name.startswith(".")  # Minari, among others, lists what is not hidden
+                if stop:
+                    raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write("never", stop=True)
+    assert list(tmp_path.iterdir()) == []
+    write("first")
+    with pytest.raises(KeyboardInterrupt):
+        write("second", stop=True)
+    assert [(folder / "file").read_text() for folder in folders] == ["first", "first"]
+    write("third")
+    assert [(folder / "file").read_text() for folder in folders] == ["third", "third"]
+    assert sorted(path.name for path in (tmp_path / "sets").iterdir()) == ["a", "b"]
+
+
+def test_what_another_process_has_made_meanwhile_is_kept(tmp_path):
+    folders = [tmp_path / "a", tmp_path / "b"]
+
+    def none_is_there():
+        if any(folder.exists() for folder in folders):
+            raise FileExistsError("one is there already")
+
+    def meanwhile():
+        with written_folders(folders, none_is_there):
+            folders[1].mkdir()
+            (folders[1] / "file").write_text("the other's")
+
+    with pytest.raises(FileExistsError, match="one is there already"):
+        meanwhile()
+    assert [path.name for path in tmp_path.iterdir()] == ["b"]
+    assert (folders[1] / "file").read_text() == "the other's"

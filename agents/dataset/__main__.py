@@ -21,11 +21,11 @@ import numpy as np
 from agents.dataset.card import card
 from agents.dataset.recipe import MIXED, Player, Recipe, find_players
 from agents.dataset.recording import record
-from agents.dataset.storage import DataSet, check_free, check_minari, minari_root, written_folders
+from agents.dataset.storage import DataSet, check_free, check_minari, minari_root
 from agents.training.hyperparameters import read_pairs
 from drillrig_env import __version__
 from drillrig_env.command_line import Failed, Parser, command
-from drillrig_env.files import check_writable
+from drillrig_env.files import check_writable, written_folders
 from drillrig_env.flags import add_fields, given_fields
 from drillrig_env.progress import Progress
 
@@ -83,7 +83,12 @@ def make(recipe: Recipe, players: Sequence[Player], folders: Mapping[str, Path],
     """
     groups = [list(players)] if recipe.mixed else [[player] for player in players]
     recorded: dict[str, dict[str, np.ndarray]] = {}
-    with written_folders(list(folders.values()), recipe.overwrite) as new:
+
+    def still_free() -> None:
+        if not recipe.overwrite:
+            check_free(folders.values())
+
+    with written_folders(list(folders.values()), still_free) as new:
         sets = []
         with Progress("data sets", len(players)) as progress:
             for name, folder, group in zip(folders, new, groups, strict=True):

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-import shutil
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,37 +37,6 @@ def check_free(folders: Iterable[Path]) -> None:
     for folder in folders:
         if folder.exists():
             raise FileExistsError(f"{folder} is there already; remove it, choose another --output, or give --overwrite")
-
-
-@contextmanager
-def written_folders(folders: Sequence[Path], overwrite: bool) -> Iterator[list[Path]]:
-    """Folders to write into; when the block ends, each takes the place of one of `folders`.
-
-    They lie beside `folders`, hidden. Where the block raises, `folders` are what they were and nothing is left; so too
-    with a `FileExistsError` where one of them is there by then, made by another process, and `overwrite` is false.
-    """
-    new = [folder.with_name(f".{folder.name}.{secrets.token_hex(4)}") for folder in folders]
-    parents = [path for folder in folders for path in folder.parents if not path.exists()]
-    try:
-        for path in new:
-            path.mkdir(parents=True)
-        yield new
-        if not overwrite:
-            check_free(folders)
-        for path, folder in zip(new, folders, strict=True):
-            if folder.exists():
-                old = path.with_name(f"{path.name}.old")
-                os.replace(folder, old)
-                os.replace(path, folder)
-                shutil.rmtree(old)
-            else:
-                os.replace(path, folder)
-    finally:
-        for path in new:
-            shutil.rmtree(path, ignore_errors=True)
-        for path in parents:
-            with suppress(OSError):  # there are data sets in it
-                path.rmdir()
 
 
 class DataSet:

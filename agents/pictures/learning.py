@@ -10,7 +10,7 @@ import numpy as np
 
 from agents.policy.action_zero import ActionZero
 from agents.policy.environment import environment_arguments
-from agents.policy.run_folder import TRAINED, read_config, read_seeds
+from agents.policy.run_folder import TRAINED, read_config, read_seeds, shipped
 from agents.training.validation_rigs import validate
 from drillrig_env.arrays import FloatArray
 from drillrig_env.evaluation.statistics import interquartile_mean
@@ -35,7 +35,7 @@ def action_zero(config: Mapping[str, Any]) -> float:
 
 def plot_learning(trained: Path = TRAINED) -> Picture:
     """A panel an agent: every seed thin, their interquartile mean thick. `ValueError` where no agent is shipped."""
-    found = {path.name: seeds for path in sorted(trained.glob("*")) if (seeds := read_seeds(path)) is not None}
+    found = {name: seeds for name in shipped(trained) if (seeds := read_seeds(trained / name)) is not None}
     if not found:
         raise ValueError(f"{trained} holds no shipped agent; make one with: python -m agents.shipping.ship")
     columns = min(len(found), _COLUMNS)

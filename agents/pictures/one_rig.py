@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 import baselines
+from agents.policy.finding import at_slew_limit
 from agents.policy.run_folder import TRAINED, load_policy
 from drillrig_env.arrays import FloatArray
 from drillrig_env.env.core import EpisodeBatch
@@ -67,7 +68,7 @@ def plot_one_rig(agent: str, trained: Path = TRAINED) -> Picture:
     policies: dict[str, tuple[Policy, Any]] = {name: (baselines.make(name), "state") for name in RIVALS}
     typical = typical_rig()
     alone = default_suite().only(typical.place)
-    policies[agent] = (learnt.at_slew_limit(alone.slew_limit), learnt.environment["sensors"])
+    policies[agent] = (at_slew_limit(learnt, alone.slew_limit), learnt.environment["sensors"])
     figure = new_figure(3.4)
     panels = figure.subplots(2, len(policies), sharex=True, sharey="row", height_ratios=(1.7, 1.0))
     highest = 0.0

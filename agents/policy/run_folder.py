@@ -80,7 +80,8 @@ def is_finished(path: str | Path) -> bool:
 
 def shipped(trained: Path | None = None) -> list[str]:
     """The names of the agents that come with the package, or of those in another folder of shipped ones."""
-    return sorted(path.name for path in (trained or TRAINED).glob("*") if is_run(path))
+    folders = (trained or TRAINED).glob("*")
+    return sorted(path.name for path in folders if is_run(path) and not path.name.startswith("."))
 
 
 def find_run(name: str | Path) -> Path:

@@ -64,16 +64,16 @@ def write_failures(name: str, rigs: int = RIGS, trained: Path = TRAINED) -> Path
     folder = trained / name
     about = seeds_of(folder)
     check_writable(folder)
-    rows, counts = failures_of(folder, rigs)
+    rows, counts = failures_of(folder, name, rigs)
     write_text(folder / FILE, rows)
     write_text(folder / SEEDS, json_text({**about, "failures": counts}, indent=1))
     write_card(name, trained)
     return folder / FILE
 
 
-def failures_of(folder: Path, rigs: int = RIGS) -> tuple[str, dict[str, dict[str, int]]]:
-    """What `failures` says of the agent in a run folder, with its progress shown."""
-    name, env_id = folder.name, read_config(folder)["env_id"]
+def failures_of(folder: Path, name: str, rigs: int = RIGS) -> tuple[str, dict[str, dict[str, int]]]:
+    """What `failures` says of the agent in a run folder, which is called `name`, with its progress shown."""
+    env_id = read_config(folder)["env_id"]
     contestant = contestant_of(find_policy(str(folder)), env_id, name)
     with Progress("failures", parts=1) as progress:
         return failures(contestant, rigs, partial(progress.show, name), home_suite(env_id))

@@ -14,6 +14,7 @@ shipped one holds what it reached (`agents.endurance`) and what action 0 does in
 
 from __future__ import annotations
 
+import re
 import shlex
 import shutil
 import sys
@@ -55,10 +56,11 @@ from drillrig_env.evaluation.provenance import provenance
 from drillrig_env.evaluation.results import Results, Scores
 from drillrig_env.evaluation.suites import SUITES, home_suite, suite
 from drillrig_env.evaluation.tables import MAIN, OTHERS, all_estimates, estimates
-from drillrig_env.files import check_writable, json_text, owned, write_text, written_whole
+from drillrig_env.files import check_writable, json_text, owned, read_arrays, write_text, written_folders
 from drillrig_env.flags import of_kind
 from drillrig_env.parameters import refuse
 from drillrig_env.policy import find_policy
+from drillrig_env.policy.finding import installed_names
 from drillrig_env.progress import Progress
 
 COMMAND = "python -m agents.shipping.ship"
@@ -99,12 +101,16 @@ def ship(
 ) -> Path:
     """Evaluate the seeds in `runs`, copy the median one into `trained`/`name` with its card, and return that folder.
 
-    `suites` are some of those of the agents' environment, all if None; its own is among them in any case. Raises
-    `ValueError` for fewer than LEAST_SEEDS seeds, for an unfinished
-    training among them, and for results of other seeds or rigs in `results_folder`.
+    `suites` are some of those of the agents' environment, all if None; its own is among them in any case. What is
+    there by that name stays until all of the new one is. Raises `ValueError` for a name that an agent cannot have, for
+    fewer than LEAST_SEEDS seeds, for a training among them that is unfinished or of another rig than the suites, and
+    for results of other seeds or rigs in `results_folder`.
     """
+    _check_name(name)
     folders = _finished(runs)
-    check_writable(trained / name)
+    learnt = {seed: _learnt(folder) for seed, folder in folders.items()}
+    target = trained / name
+    check_writable(target)
     env_id = read_config(next(iter(folders.values())))["env_id"]
     home, known = home_suite(env_id), suites_of(env_id)
     for one in suites or ():
@@ -116,22 +122,17 @@ def ship(
     scores = results.scores[home][name]
     shipped = median_seed(scores)
     alone = {one: {name: _of_seed(policies[name], shipped)} for one, policies in results.scores.items()}
-    target = trained / name
-    target.mkdir(parents=True, exist_ok=True)
-    for file in (CONFIG, MODEL, EVALUATIONS):
-        with written_whole(target / file) as new:
-            shutil.copyfile(folders[shipped] / file, new)
-    agent = load_policy(target)
+    agent = load_policy(folders[shipped])
     with Progress("endurance", parts=1) as progress:
         held = endurance(agent, min(rigs, ENDURING), progress=partial(progress.show, name), suite_name=home)
-    rows, counts = failures_of(target, _FAILURES * rigs)
+    rows, counts = failures_of(folders[shipped], name, _FAILURES * rigs)
     sizes = {one: results.config["suites"][one]["rigs"] for one in results.scores}
     content = {
         "command": command,
         "provenance": provenance(),
         "rigs": sizes,
         "shipped": int(shipped),
-        "seeds": {seed: _seed(folder, _of_seed(scores, seed)) for seed, folder in folders.items()},
+        "seeds": {seed: {**one, "scores": _values(_of_seed(scores, seed))} for seed, one in learnt.items()},
         "pooled": {one: tables_of_card(tables[name], one == home) for one, tables in results.estimates.items()},
         "alone": {one: tables_of_card(tables[name], one == home) for one, tables in all_estimates(alone, name).items()},
         "endurance": held,
@@ -139,8 +140,11 @@ def ship(
         "failures": counts,
         "action_zero": in_its_place(agent.environment, sizes, home),
     }
-    write_text(target / FAILURES, rows)
-    write_text(target / SEEDS, json_text(content, indent=1))
+    with written_folders([target]) as (new,):
+        for file in (CONFIG, MODEL, EVALUATIONS):
+            shutil.copyfile(folders[shipped] / file, new / file)
+        write_text(new / FAILURES, rows)
+        write_text(new / SEEDS, json_text(content, indent=1))
     write_card(name, trained)
     return target
 
@@ -164,6 +168,11 @@ def _finished(runs: Path) -> dict[str, Path]:
         missing = [file for file in (MODEL, EVALUATIONS) if not (path / file).is_file()]
         if missing or not is_finished(path):
             raise ValueError(f"{path} is not finished; go on with: python train.py --resume {runs}")
+        if read_config(path)["env_kwargs"].get("rig") is not None:
+            raise ValueError(
+                f"{path} has a rig of its own, and the suites are of the laboratory's; it acts and is judged from its "
+                f"folder: python eval.py {runs} --rig FILE"
+            )
     return {seed: folders[seed] for seed in sorted(folders, key=int)}
 
 
@@ -193,18 +202,33 @@ def _of_seed(scores: Scores, seed: str) -> Scores:
     return {name: values[chosen] for name, values in scores.items()}
 
 
-def _seed(folder: Path, scores: Scores) -> dict[str, Any]:
-    """One seed's training time, machine, learning curve and scores in the suite of its rigs."""
-    with np.load(folder / EVALUATIONS) as saved:
+def _learnt(folder: Path) -> dict[str, Any]:
+    """One seed's training time, machine and learning curve. `ValueError` where the run's files do not tell them."""
+    remedy = "train this seed again"
+    saved = read_arrays(folder / EVALUATIONS, remedy)
+    try:
         timesteps, mitigated = saved["timesteps"].tolist(), saved["mitigated"].mean(axis=1).tolist()
-    row = estimates(scores, MAIN.columns + OTHERS.columns)
+        machine = read_config(folder)["provenance"]["machine"]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{folder} does not tell how it was trained ({error}); {remedy}") from error
     return {
         "seconds": read_progress(folder).get("seconds"),
-        "machine": read_config(folder)["provenance"]["machine"],
+        "machine": machine,
         "timesteps": timesteps,
         "mitigated": [round(share, 4) for share in mitigated],
-        "scores": {heading: estimate.value for heading, estimate in row.items()},
     }
+
+
+def _values(scores: Scores) -> dict[str, float | None]:
+    """One seed's scores in the suite of its rigs."""
+    row = estimates(scores, MAIN.columns + OTHERS.columns)
+    return {heading: estimate.value for heading, estimate in row.items()}
+
+
+def _check_name(name: str) -> None:
+    """`ValueError` for a name under which no agent would be found."""
+    if not re.fullmatch(r"\w[\w-]*", name, re.ASCII) or name in installed_names():
+        raise refuse("ship", "name", name, "", "letters, digits, _ and -, and not the name of a law")
 
 
 if __name__ == "__main__":

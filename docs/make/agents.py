@@ -17,7 +17,7 @@ import numpy as np
 from agents import limits_kept, noise_and_delay
 from agents.beside_lqg import results_with_both, section
 from agents.pictures.learning import action_zero, learning_curves
-from agents.policy.run_folder import TRAINED, read_config, read_seeds
+from agents.policy.run_folder import TRAINED, read_config, read_seeds, shipped
 from agents.rivals import ahead, beside
 from agents.shipping.card import SHARED_DRAWS, imitation_steps, training_minutes
 from docs.make.choices import choices, made
@@ -128,9 +128,9 @@ def draw_pictures(docs: Path) -> list[Path]:
 def _found(trained: Path = TRAINED) -> dict[str, _Agent]:
     """The shipped agents by name. `ValueError` where the one that the page shows is not among them."""
     found = {
-        path.name: _Agent(read_config(path), seeds)
-        for path in sorted(trained.glob("*"))
-        if (seeds := read_seeds(path)) is not None
+        name: _Agent(read_config(trained / name), seeds)
+        for name in shipped(trained)
+        if (seeds := read_seeds(trained / name)) is not None
     }
     if AGENT not in found:
         raise ValueError(

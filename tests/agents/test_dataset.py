@@ -9,7 +9,6 @@ import pytest
 from agents.dataset import __main__ as dataset
 from agents.dataset.recipe import BLOCK, Recipe, find_players, label_of
 from agents.dataset.recording import ABOUT, INFOS, record
-from agents.dataset.storage import written_folders
 from drillrig_env.seeds import DATASET_SEEDS
 
 SHORT = {"duration": 12.0}
@@ -132,40 +131,3 @@ def test_without_minari_it_says_what_to_install(tmp_path, monkeypatch, capsys):
         in capsys.readouterr().err
     )
     assert not (tmp_path / "sets").exists()
-
-
-def test_folders_are_whole_or_not_there(tmp_path):
-    folders = [tmp_path / "sets" / name for name in ("a", "b")]
-
-    def write(text, stop=False):
-        with written_folders(folders, overwrite=True) as new:
-            for folder in new:
-                (folder / "file").write_text(text)
-                assert folder.name.startswith(".")  # Minari lists what is not hidden
-                if stop:
-                    raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write("never", stop=True)
-    assert list(tmp_path.iterdir()) == []
-    write("first")
-    with pytest.raises(KeyboardInterrupt):
-        write("second", stop=True)
-    assert [(folder / "file").read_text() for folder in folders] == ["first", "first"]
-    write("third")
-    assert [(folder / "file").read_text() for folder in folders] == ["third", "third"]
-    assert sorted(path.name for path in (tmp_path / "sets").iterdir()) == ["a", "b"]
-
-
-def test_what_another_process_has_made_meanwhile_is_kept(tmp_path):
-    folders = [tmp_path / "a", tmp_path / "b"]
-
-    def meanwhile():
-        with written_folders(folders, overwrite=False):
-            folders[1].mkdir()
-            (folders[1] / "file").write_text("the other's")
-
-    with pytest.raises(FileExistsError, match=r"b is there already; .* or give --overwrite"):
-        meanwhile()
-    assert [path.name for path in tmp_path.iterdir()] == ["b"]
-    assert (folders[1] / "file").read_text() == "the other's"

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -9,11 +10,13 @@ import pytest
 from agents import limits as module
 from agents.limits import conditions, limits, main
 from agents.limits_kept import COLUMNS, FILE, read_limits, section, table
-from agents.policy.run_folder import CONFIG, MODEL, TRAINED
+from agents.policy.run_folder import CONFIG, MODEL, TRAINED, load_policy
 from agents.unknown import BESIDE
 from drillrig_env.evaluation.runner import run
 from drillrig_env.evaluation.statistics import Estimate
 from drillrig_env.evaluation.suites import suite
+from drillrig_env.policy import find_policy
+from drillrig_env.rig import Rig
 
 
 def test_each_condition_takes_away_what_it_says_and_keeps_the_episodes():
@@ -208,3 +211,19 @@ def test_a_damaged_file_is_told_in_a_sentence(quick, tmp_path, capsys, changes, 
         read_limits(tmp_path)
     command(tmp_path, run, "--overwrite")
     assert read_limits(tmp_path) is not None
+
+
+def test_an_agent_of_another_drive_is_refused():
+    with pytest.raises(ValueError, match="agent = ppo_surface_soft is not allowed; allowed: one on the rig's own"):
+        next(limits(["ppo_surface_soft"], 2))
+
+
+def test_an_agent_of_another_rig_acts_as_where_it_is_evaluated(five_seeds, tmp_path):
+    shutil.copytree(five_seeds / "seed_0", tmp_path / "field")
+    config = json.loads((tmp_path / "field" / CONFIG).read_text())
+    config["env_kwargs"]["rig"] = asdict(Rig.of("field_2500m"))
+    (tmp_path / "field" / CONFIG).write_text(json.dumps(config))
+    seen = np.random.default_rng(0).uniform(-1.0, 1.0, (4, 12)).astype(np.float32)
+    there, here = find_policy(str(tmp_path / "field")).make(), module._agent(str(tmp_path / "field"))
+    assert np.array_equal(there.predict(seen)[0], here.predict(seen)[0])
+    assert not np.array_equal(there.predict(seen)[0], load_policy(five_seeds / "seed_0").predict(seen)[0])

@@ -6,7 +6,7 @@ import pytest
 
 from agents.endurance import endurance
 from agents.policy.action_zero import ActionZero
-from agents.policy.run_folder import load_policy, read_config, read_seeds
+from agents.policy.run_folder import load_policy, read_config, read_seeds, shipped
 from agents.shipping import ship as shipping
 from agents.shipping.ship import median_seed, ship
 from baselines import SoftTorque
@@ -88,6 +88,51 @@ def test_too_few_and_unfinished_seeds_are_refused(five_seeds, tmp_path, capsys):
     with pytest.raises(SystemExit):
         shipping.main([str(tmp_path / "runs"), "--name", "ppo"])
     assert "4 training seeds; allowed: >= 5" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["", "lqg", "a b", "../up", ".hidden", "ä"])
+def test_names_under_which_no_agent_would_be_found_are_refused(name, five_seeds, tmp_path):
+    with pytest.raises(ValueError, match="allowed: letters, digits, _ and -, and not the name of a law"):
+        ship(five_seeds, name, 12, trained=tmp_path)
+
+
+def test_seeds_of_another_rig_and_damaged_ones_are_refused_before_anything_is_run(five_seeds, tmp_path):
+    runs, damaged = tmp_path / "runs", tmp_path / "runs" / "seed_2"
+    shutil.copytree(five_seeds, runs)
+    (damaged / "evaluations.npz").write_bytes(b"PK")
+    with pytest.raises(ValueError, match=r"evaluations.npz is damaged: .*; train this seed again"):
+        ship(runs, "ppo", 12, trained=tmp_path)
+    shutil.copyfile(five_seeds / "seed_2" / "evaluations.npz", damaged / "evaluations.npz")
+    config = read_config(damaged)
+    (damaged / "config.json").write_text(json.dumps({name: config[name] for name in config if name != "provenance"}))
+    with pytest.raises(ValueError, match=r"seed_2 does not tell how it was trained \('provenance'\)"):
+        ship(runs, "ppo", 12, trained=tmp_path)
+    config["env_kwargs"]["rig"] = {"J_1": 2.0}
+    (damaged / "config.json").write_text(json.dumps(config))
+    with pytest.raises(ValueError, match="seed_2 has a rig of its own, and the suites are of the laboratory's"):
+        ship(runs, "ppo", 12, trained=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["runs"]
+
+
+def test_what_was_shipped_stays_whole_until_the_next_is(trained, five_seeds, tmp_path, monkeypatch):
+    folder = tmp_path / "ppo"
+    shutil.copytree(trained / "ppo", folder)
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(shipping, "json_text", stopped)
+    monkeypatch.setattr(shipping, "endurance", lambda *_, **__: {})
+    monkeypatch.setattr(shipping, "failures_of", lambda *_: ("", {}))
+    monkeypatch.setattr(shipping, "in_its_place", lambda *_: {})
+    with pytest.raises(KeyboardInterrupt):
+        ship(five_seeds, "ppo", 12, ["default", "load"], trained.parent / "results", tmp_path)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert shipped(tmp_path) == ["ppo"]
+    (tmp_path / ".ppo.killed").mkdir()
+    (tmp_path / ".ppo.killed" / "config.json").touch()
+    assert shipped(tmp_path) == ["ppo"]
 
 
 def test_time_of_a_training_goes_on_after_a_stop(five_seeds, tmp_path):
