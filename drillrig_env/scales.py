@@ -25,8 +25,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from drillrig_env.allowed import POSITIVE
 from drillrig_env.drive import Drive
 from drillrig_env.friction import Friction
+from drillrig_env.parameters import checked
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.slowest_mode import slowest_damping, slowest_period
 
@@ -72,8 +74,10 @@ class Scales:
         (1.0, 2.0)
         """
         rig = Rig.of(rig)
-        speed = 1.0 / cls(rig).time if largest_reference is None else largest_reference / LARGEST_REFERENCE
-        return cls(rig, speed)
+        if largest_reference is None:
+            return cls(rig, 1.0 / cls(rig).time)
+        largest = checked("Scales", "largest_reference", largest_reference, "rad/s", POSITIVE)
+        return cls(rig, largest / LARGEST_REFERENCE)
 
     @property
     def time(self) -> float:

@@ -110,6 +110,8 @@ class AsymmetricPPO(RecurrentPPO):
 
     def _setup_model(self) -> None:
         super()._setup_model()
+        if self.through_estimates and not len(self.policy.mlp_extractor.policy_net):
+            raise refuse("AsymmetricPPO", "net_arch", [], "", "a layer behind the memory, with through_estimates")
         lstm: Any = self.policy.lstm_actor
         with torch.no_grad():  # a memory that lasts, at first (Jozefowicz et al., 2015)
             for layer in range(lstm.num_layers):

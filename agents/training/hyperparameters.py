@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -14,7 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.training.curriculum import Stages
 from agents.training.imitation import Imitation
-from agents.training.schedules import policy_kwargs, schedule
+from agents.training.schedules import LEARNING_RATE, policy_kwargs, schedule
 from drillrig_env.allowed import COUNT, NOT_NEGATIVE, POSITIVE, SHARE, Allowed, Kind, Switch, Text
 from drillrig_env.extras import missing
 from drillrig_env.parameters import checked, closest, refuse
@@ -45,7 +46,8 @@ _KINDS: dict[str, Kind] = {
     **dict.fromkeys(("buffer_size", "target_update_interval", "stats_window_size"), COUNT),
     **dict.fromkeys(("gamma", "gae_lambda", "tau"), SHARE),
     **dict.fromkeys(("gradient_steps", "sde_sample_freq"), _FROM_MINUS_ONE),
-    **dict.fromkeys(("max_grad_norm", "target_kl", *_SCHEDULES), POSITIVE),
+    **dict.fromkeys(("max_grad_norm", "target_kl", "clip_range", "clip_range_vf"), POSITIVE),
+    "learning_rate": LEARNING_RATE,
     **dict.fromkeys(
         ("use_sde", "use_sde_at_warmup", "normalize_advantage", "optimize_memory_usage"),
         Switch(),
@@ -116,7 +118,7 @@ def hyperparameters(
         chosen["imitation"] = asdict(Imitation.of(chosen["imitation"]))
     if chosen.get("curriculum") is not None:
         chosen["curriculum"] = asdict(Stages.of(chosen["curriculum"]))
-    algorithm_arguments(chosen)  # refuses what cannot be read
+    _check_memory(algorithm, algorithm_arguments(chosen).get("policy_kwargs", {}))  # which refuses what cannot be read
     return chosen
 
 
@@ -153,10 +155,19 @@ def algorithm_arguments(chosen: Mapping[str, Any]) -> dict[str, Any]:
     return arguments
 
 
+class _Loader(yaml.SafeLoader):
+    """Plain values, and 1e-3 for a number, as in YAML 1.2; in YAML 1.1 it takes 1.0e-3."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?\d[\d_]*(\.\d*)?[eE][-+]?\d+$"), list("-+0123456789")
+)
+
+
 def read_yaml(where: str, text: str) -> Any:
     """Plain values from YAML text. `ValueError` with `where` for broken YAML, and for tags, which could run code."""
     try:
-        return yaml.safe_load(text)
+        return yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place, problem = f"line {mark.line + 1}: " if mark else "", getattr(error, "problem", None) or error
@@ -208,14 +219,28 @@ def _changed(table: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
     return chosen
 
 
+def _check_memory(algorithm: str, network: Mapping[str, Any]) -> None:
+    """`ValueError` for arguments of an LSTM that sb3-contrib, and what is built on it, does not bear."""
+    for name in ("lstm_hidden_size", "n_lstm_layers"):
+        if name in network:
+            checked(algorithm, name, network[name], "", COUNT)
+    of_layers = network.get("lstm_kwargs") or {}
+    if not isinstance(of_layers, Mapping) or not set(of_layers) <= {"dropout"}:
+        raise refuse(algorithm, "lstm_kwargs", of_layers, "", "dict(dropout=SHARE)")
+    checked(algorithm, "dropout", of_layers.get("dropout", 0.0), "", SHARE)
+
+
 def _checked(algorithm: str, name: str, value: Any) -> Any:
     """The value as it is to be; text stays text where it is a schedule or SAC's automatic entropy coefficient."""
     kind = _KINDS[name]
     if isinstance(value, str):
-        if (name in _SCHEDULES and value.startswith("lin_")) or (name == "ent_coef" and value.startswith("auto")):
+        if algorithm == "sac" and name == "ent_coef" and value.startswith("auto"):
             return value
+        falls = name in _SCHEDULES and value.startswith("lin_")
         try:
-            return kind.parse(value)
+            number = kind.parse(value.removeprefix("lin_") if falls else value)
         except ValueError as error:
-            raise refuse(algorithm, name, value, "", kind) from error
+            allowed = f"{kind}, or lin_<number>, which falls to zero" if name in _SCHEDULES else kind
+            raise refuse(algorithm, name, value, "", allowed) from error
+        return value if falls else number
     return checked(algorithm, name, value, "", kind)

@@ -23,7 +23,8 @@ from stable_baselines3.sac.policies import SACPolicy
 
 from agents.policy.environment import batch_of
 from agents.training.imitated import Imitated
-from drillrig_env.allowed import COUNT, POSITIVE, SHARE, Allowed, Switch, Text
+from agents.training.schedules import LEARNING_RATE
+from drillrig_env.allowed import COUNT, SHARE, Allowed, Switch, Text
 from drillrig_env.env.core import EpisodeBatch
 from drillrig_env.env.kernel import observe_episodes, scratch
 from drillrig_env.env.sensors import SENSORS
@@ -53,7 +54,7 @@ class Imitation:
         1200, meaning="steps of the optimiser at the end, with a rate that falls to zero", allowed=COUNT
     )
     batch: int = parameter(4096, meaning="observations in a step of the optimiser", allowed=COUNT)
-    learning_rate: float = parameter(1e-3, meaning="of Adam", allowed=POSITIVE)
+    learning_rate: float = parameter(1e-3, meaning="of Adam", allowed=LEARNING_RATE)
     log_std: float = parameter(
         -2.0, meaning="logarithm of the spread of actions with which it then explores", allowed=Allowed(-10.0, 2.0)
     )

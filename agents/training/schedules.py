@@ -9,7 +9,9 @@ from typing import Any
 
 from torch import nn
 
-from drillrig_env.allowed import POSITIVE
+from drillrig_env.allowed import POSITIVE, Allowed
+
+LEARNING_RATE = Allowed(0.0, 1.0, low_open=True)
 
 
 @dataclass(frozen=True)
@@ -37,12 +39,14 @@ def policy_kwargs(value: str | Mapping[str, Any]) -> dict[str, Any]:
 
     The text may hold plain values and classes of `torch.nn`. Raises `ValueError` for anything else.
     """
-    if not isinstance(value, str):
-        return dict(value)
     refusal = (
         f"policy_kwargs = {value!r} is not allowed; allowed: dict(name=value, ...) with plain values and nn.<class>"
     )
+    if isinstance(value, Mapping):
+        return dict(value)
     try:
+        if not isinstance(value, str):
+            raise ValueError(refusal)
         call = ast.parse(value.strip(), mode="eval").body
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict") or call.args:
             raise ValueError(refusal)

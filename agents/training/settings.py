@@ -31,7 +31,7 @@ from drillrig_env.env.scenario import Scenario
 from drillrig_env.env.task import CHANGEABLE
 from drillrig_env.parameters import check_fields, parameter, refuse
 from drillrig_env.scales import Scales
-from drillrig_env.seeds import TRAINING_SEEDS
+from drillrig_env.seeds import TRAINING_FLEETS, TRAINING_SEEDS
 
 _PARTS = 10
 """A training is evaluated, and its checkpoint written, this many times unless it is told otherwise."""
@@ -122,6 +122,7 @@ def checked_config(training: Training) -> dict[str, Any]:
         own |= calibrated_arguments(posterior, training.env_id, given, own, scales)
     env_kwargs = plain_arguments(training.env_id, {**given, **own})
     check_arguments(training.env_id, env_kwargs)
+    _check_fleet(training.env_id, env_kwargs)
     if chosen.get("curriculum") is not None:
         scenarios = [scaled_arguments({"scenario": one}, scales) for one in chosen["curriculum"]["scenarios"]]
         if posterior:
@@ -172,6 +173,14 @@ def _base(training: Training) -> dict[str, Any] | None:
     return config
 
 
+def _check_fleet(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
+    """Raise `ValueError` for a fleet that is drawn by a seed of those that agents are judged or chosen on."""
+    fleet = task_of(environment_arguments(env_id, env_kwargs)).scenario.rigs
+    if fleet is not None and fleet.spread and fleet.seed not in TRAINING_FLEETS:
+        allowed = f"{TRAINING_FLEETS[0]} to {TRAINING_FLEETS[-1]}, which nothing is judged on"
+        raise refuse("Training", "seed of the fleet", fleet.seed, "", allowed)
+
+
 def _check_stages(env_id: str, env_kwargs: Mapping[str, Any], stages: Stages, told: bool) -> None:
     """Raise `ValueError` for a stage of a curriculum that the environment cannot have, or not be changed to.
 
@@ -180,6 +189,7 @@ def _check_stages(env_id: str, env_kwargs: Mapping[str, Any], stages: Stages, to
     batch = EpisodeBatch(1, **environment_arguments(env_id, env_kwargs), privileged=told)
     for stage in stages.environments(dict.fromkeys(CHANGEABLE))[:-1]:
         check_arguments(env_id, {**env_kwargs, **stage})
+        _check_fleet(env_id, {**env_kwargs, **stage})
         batch.change(**stage)
 
 

@@ -99,7 +99,7 @@ def new_model(config: Mapping[str, Any], threads: int | None = None) -> BaseAlgo
     arguments = algorithm_arguments(config["hyperparameters"])
     try:
         model = algorithm_class(config["algorithm"])(env=env, seed=config["seed"], device=device, **arguments)
-    except (AssertionError, TypeError, ValueError) as error:  # Stable-Baselines3 has the last word
+    except (AssertionError, RuntimeError, TypeError, ValueError) as error:  # Stable-Baselines3 has the last word
         raise ValueError(f"{config['algorithm']}: these hyperparameters are not allowed: {error}") from error
     if "resume_from" in config:
         take_weights(model, config["resume_from"])

@@ -158,5 +158,8 @@ def seed_of(drawn: Mapping[str, Any], first: int) -> int:
 
 
 def _number(value: Any) -> float:
-    """A number; YAML takes 1e-4 for a text."""
-    return float(value) if isinstance(value, str) else value + 0
+    """A number. `TypeError` for what is none."""
+    if type(value) not in (int, float):
+        raise TypeError
+    number: float = value
+    return number

@@ -8,6 +8,8 @@ from agents.training.settings import Training, checked_config
 from drillrig_env.scales import Scales
 from tests.rigs import FIELD, scaled
 
+OF_UNKNOWN = HYPERPARAMETER_FILES / "unknown" / "ppo.yml"
+
 
 @pytest.mark.parametrize("env_id", ["DrillRig-v0", "DrillRigSurface-v0"])
 @pytest.mark.parametrize("algorithm", ["ppo", "sac", "ppo_lstm"])
@@ -74,6 +76,52 @@ def test_a_part_of_what_is_imitated_is_changed_alone(changes):
 def test_unknown_names_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         hyperparameters(*arguments)
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "changes", "message"),
+    [
+        ("ppo", {"policy_kwargs": 7}, "policy_kwargs = 7 is not allowed"),
+        ("ppo", {"policy_kwargs": None}, "policy_kwargs = None is not allowed"),
+        ("ppo", {"ent_coef": "auto"}, "ent_coef = 'auto' is not a number; allowed: >= 0"),
+        ("ppo", {"learning_rate": 1e300}, "learning_rate = 1e[+]300 is not allowed; allowed: > 0 and <= 1"),
+        ("ppo", {"learning_rate": "lin_1e300"}, "allowed: > 0 and <= 1, or lin_<number>, which falls to zero"),
+        ("ppo", {"learning_rate": "lin_x"}, "learning_rate = lin_x is not allowed"),
+        ("ppo_asymmetric", {"imitation.learning_rate": 2.0}, "learning_rate = 2.0 is not allowed"),
+        ("ppo_lstm", {"policy_kwargs": {"lstm_kwargs": {"bidirectional": True}}}, r"allowed: dict\(dropout=SHARE\)"),
+        ("ppo_lstm", {"policy_kwargs": {"lstm_kwargs": {"dropout": 2.0}}}, "dropout = 2.0 is not allowed"),
+        ("ppo_lstm", {"policy_kwargs": {"lstm_hidden_size": -8}}, "lstm_hidden_size = -8 is not allowed"),
+    ],
+)
+def test_settings_that_only_learning_would_stumble_over_are_refused(algorithm, changes, message):
+    env_id = "DrillRigUnknown-v0" if algorithm == "ppo_asymmetric" else "DrillRig-v0"
+    with pytest.raises(ValueError, match=message):
+        hyperparameters(algorithm, env_id, changes)
+
+
+def test_numbers_as_people_write_them():
+    found = read_pairs(["a:1e-3", "b:{c: 3e2, d: -1E+9}", "e:1.5e4", "f:12", "g:1.0e-3", "h:0x10", "i:e5"])
+    numbers = {"a": 1e-3, "b": {"c": 3e2, "d": -1e9}, "e": 1.5e4, "f": 12, "g": 1e-3, "h": 16}
+    assert found == {**numbers, "i": "e5"}
+    assert type(found["f"]) is int
+
+
+@pytest.mark.parametrize("seed", [2_000_000, 3_000_000_000])
+def test_fleets_that_are_judged_on_are_not_trained_on(seed):
+    ours, theirs = ({"rigs": {"spread": {"string": 2.0}, "count": 4, "seed": one}} for one in (0, seed))
+    for changes in (
+        {"env_kwargs": {"scenario": theirs}},
+        {"env_kwargs": {"scenario": ours}, "hyperparams": {"curriculum": {"scenarios": [theirs], "share": 0.5}}},
+    ):
+        training = Training("ppo", "DrillRigUnknown-v0", conf_file=OF_UNKNOWN, **changes)
+        with pytest.raises(ValueError, match=rf"seed of the fleet = {seed} is not allowed; allowed: 0 to 999999"):
+            checked_config(training)
+
+
+@pytest.mark.parametrize("value", ["much", -1.0, float("nan")])
+def test_a_largest_reference_that_is_no_speed_is_named(value):
+    with pytest.raises(ValueError, match=r"largest_reference = .* is not a.*; allowed: > 0"):
+        checked_config(Training("ppo", env_kwargs={"largest_reference": value}))
 
 
 def test_a_recipe_goes_with_the_rig_that_is_trained_on():

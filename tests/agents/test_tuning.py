@@ -69,7 +69,7 @@ def test_what_cannot_be_looked_through_is_refused(given, message, tmp_path):
 
 
 def test_what_is_drawn_becomes_hyperparameters():
-    rate = Dimension.of("learning_rate", {"low": 1e-4, "high": "1e-2", "log": True, "as": "lin_{:.3g}"})
+    rate = Dimension.of("learning_rate", {"low": 1e-4, "high": 1e-2, "log": True, "as": "lin_{:.3g}"})
     assert (rate.high, rate.value(0.00123456)) == (0.01, "lin_0.00123")
     assert Dimension.of("n", {"low": 2, "high": 9}).value(7) == 7
     rounds = Dimension.of("imitation.rounds", {"low": 2, "high": 9})
