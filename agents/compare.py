@@ -82,7 +82,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except ValueError as error:
         parser.error(error)
     except KeyboardInterrupt as stop:
-        stop.add_note(f"what was finished is in {output}; to go on with all: {line}")
+        if output.is_file():
+            stop.add_note(f"what was finished is in {output}")
+        stop.add_note(f"to go on with all: {line}")
         raise
     print(output.resolve())
 
@@ -157,9 +159,11 @@ def _one(
             train(replace(setting.training, seed=seed, run_folder=run, threads=threads))
         elif not is_finished(run):
             resume(run, threads)
+        seconds = read_progress(run).get("seconds")
+        if seconds is None:
+            raise Failed(f"{run} does not tell how long it was trained; remove it, and it is trained again")
         agent = load_policy(run)
         scores = evaluate(at_slew_limit(agent), agent.environment["sensors"], about["rigs"], threads, suites)
-        seconds = read_progress(run)["seconds"]
         machine = read_config(run)["provenance"]["machine"]
         kept.keep(setting.name, about, seed, {"seconds": seconds, "machine": machine, "scores": scores})
     shown = ", ".join(f"{name} {one['mitigated']:.3f}" for name, one in scores.items())
@@ -174,13 +178,10 @@ def _about(setting: Setting, rigs: int) -> dict[str, Any]:
 
 def _beside(rigs: int, kept: Compared, threads: int | None, on: ScoredOn) -> None:
     """Score what stands beside the agents, in the environment as `gym.make` gives it, where that is not done yet."""
-    if on.beside.keys() <= kept.read()["beside"].get("policies", {}).keys():
-        return
-    rows = {
-        name: {"words": words, "scores": evaluate(name, on.sensors, rigs, threads, on.suites)}
-        for name, words in on.beside.items()
-    }
-    kept.keep_beside({"rigs": rigs, "policies": rows})
+    for name, words in on.beside.items():
+        if name not in kept.read()["beside"].get("policies", {}):
+            scores = evaluate(name, on.sensors, rigs, threads, on.suites)
+            kept.keep_beside(rigs, name, {"words": words, "scores": scores})
 
 
 if __name__ == "__main__":

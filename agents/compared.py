@@ -73,10 +73,12 @@ class Compared:
             content["settings"] = {one: settings[one] for one in self.names if one in settings}
             self._write(content)
 
-    def keep_beside(self, rows: Mapping[str, Any]) -> None:
-        """Keep what policies scored that are not trained, by what a table calls them."""
+    def keep_beside(self, rigs: int, name: str, row: Mapping[str, Any]) -> None:
+        """Keep what a policy that is not trained scored on `rigs` rigs, with what a table calls it."""
         with owned(self.lock, _WAIT):
-            self._write({**self.read(), "beside": rows})
+            content = self.read()
+            policies = {**content["beside"].get("policies", {}), name: row}
+            self._write({**content, "beside": {"rigs": rigs, "policies": policies}})
 
     def _write(self, content: Mapping[str, Any]) -> None:
         of = {} if self.comparison is None else {"comparison": self.comparison}

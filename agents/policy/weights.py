@@ -7,6 +7,7 @@ read, as tensors and nothing else. So a run folder of somebody else's can be eva
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import pickle
@@ -43,7 +44,9 @@ def load_weights(path: Path, config: Mapping[str, Any]) -> BaseAlgorithm:
             weights, steps = _tensors(archive, _WEIGHTS), _steps(archive)
     except pickle.UnpicklingError as error:
         raise ValueError(f"{path} holds more than weights and is not read, since that could run any code") from error
-    except _DAMAGED as error:
+    except (OSError, *_DAMAGED) as error:
+        if isinstance(error, OSError) and error.errno != errno.EINVAL:  # which is a place beside the file's end
+            raise
         raise ValueError(f"{path} is damaged: {_first_line(error)}; {_REMEDY}") from error
     try:
         model = untrained_model(config)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -77,6 +78,9 @@ def resume(
         _check_unfinished(folder)  # another process may just have finished it
         config, path = read_config(folder), folder / CHECKPOINT
         begun = path.is_file()
+        model_file = folder / MODEL
+        if not begun and model_file.is_file() and not zipfile.is_zipfile(model_file):
+            raise ValueError(f"{model_file} is damaged; remove it, and --resume begins the training again")
         if begun:
             _use_one_thread()
             model = load_checkpoint(path, config["algorithm"], _environment(config, threads), device_of(config))

@@ -104,7 +104,7 @@ def test_a_file_of_another_comparison_is_refused_and_left(place):
     with pytest.raises(ValueError, match=r"is of the comparison 'ablations', and not 'newcomer'; name another file"):
         compared(other, [setting("two")])
     with pytest.raises(ValueError, match="is of the comparison 'ablations'"):
-        other.keep_beside({})
+        other.keep_beside(4, "constant", {})
     assert kept.file.read_bytes() == before
     content = json.loads(before)
     del content["comparison"]
@@ -126,8 +126,21 @@ def test_what_is_kept_can_go_on(name):
 
 def test_policies_that_are_not_there_yet_are_scored(place):
     kept, _ = place
-    kept.keep_beside({"rigs": 4})
-    assert list(compared(kept, [setting("one")])["beside"]["policies"]) == ["constant"]
+    kept.keep_beside(4, "lqg", {"words": "kept"})
+    found = compared(kept, [setting("one")])["beside"]["policies"]
+    assert set(found) == {"constant", "lqg"}
+    assert found["lqg"] == {"words": "kept"}
+
+
+def test_a_run_that_does_not_tell_its_time_is_told_of_and_the_others_go_on(place, capsys):
+    kept, _ = place
+    compared(kept, [setting("one")])
+    kept.file.unlink()
+    (kept.lock / "one_0" / "progress.json").unlink()
+    with pytest.raises(Failed, match="training failed for one, seed 0"):
+        compared(kept, [setting("one"), setting("two")])
+    assert "one_0 does not tell how long it was trained; remove it" in capsys.readouterr().out
+    assert list(kept.read()["settings"]) == ["two"]
 
 
 ENTRY = {"words": "", "rigs": 4, "runs": {"0": {"seconds": 1.0, "scores": {}}}}

@@ -12,7 +12,7 @@ import pytest
 import torch
 
 from agents.policy.environment import batch_of, make_environment
-from agents.policy.run_folder import CHECKPOINT, TRAINED, is_finished, load_policy, read_config
+from agents.policy.run_folder import CHECKPOINT, MODEL, TRAINED, is_finished, load_policy, read_config
 from agents.training.checkpoint import load_checkpoint, save_checkpoint, save_model
 from agents.training.hyperparameters import algorithm_class
 from agents.training.progress import ShowProgress, read_progress
@@ -295,6 +295,17 @@ def test_a_damaged_checkpoint_is_named_and_without_it_the_training_begins_again(
     path.unlink()
     resume(folder, progress=False)
     assert_same_agent(folder, uncut)
+
+
+def test_a_run_whose_model_is_damaged_does_not_begin_again_in_silence(tmp_path):
+    folder = train(training(tmp_path / "run"))
+    whole = (folder / MODEL).read_bytes()
+    (folder / MODEL).write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(ValueError, match=r"model\.zip is damaged; remove it, and --resume begins the training again"):
+        resume(folder)
+    (folder / MODEL).unlink()
+    resume(folder, progress=False)
+    assert (folder / MODEL).read_bytes()[:2] == whole[:2]
 
 
 def test_an_error_while_learning_keeps_the_model_and_says_how_to_go_on(tmp_path, monkeypatch):
