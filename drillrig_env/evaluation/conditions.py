@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -87,19 +87,26 @@ def conditions_for(
 
     They are those under which all of them were trained, whatever the baselines beside them are used to. Where
     they were trained under different ones, or under another environment's than `env_id`, they are the standard
-    ones of `env_id`; without it, of the first environment. `say` is called with a line for each agent
-    that meets anything else than in its training.
+    ones of `env_id`; without it, of the first environment that shows what all of them see, or else of the first. `say`
+    is called with a line for each agent that meets anything else than in its training.
     """
     trained = {name: Conditions.of(config["env_id"], config["env_kwargs"]) for name, config in trainings.items()}
     ways = list(trained.values())
     if ways and all(way == ways[0] for way in ways) and env_id in (None, ways[0].env_id):
         conditions = ways[0]
     else:
-        conditions = Conditions.of(env_id or next(iter(ENVIRONMENTS)))
+        suited = showing([channel for way in ways for channel in way.sensors.names])
+        conditions = Conditions.of(env_id or next(iter([*suited, *ENVIRONMENTS])))
     for name, config in trainings.items():
         if line := _told(trained[name], conditions, config["env_kwargs"]):
             say(f"{name} was trained with {line}")
     return conditions
+
+
+def showing(channels: Iterable[str]) -> list[str]:
+    """The ids of the environments whose sensors show all of these channels."""
+    wanted = set(channels)
+    return [env_id for env_id in ENVIRONMENTS if wanted <= set(Conditions.of(env_id).sensors.names)]
 
 
 def _told(trained: Conditions, conditions: Conditions, arguments: Mapping[str, Any]) -> str:

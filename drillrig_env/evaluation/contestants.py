@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from drillrig_env.evaluation.conditions import Conditions, conditions_for
+from drillrig_env.evaluation.conditions import Conditions, conditions_for, showing
 from drillrig_env.evaluation.contest import Contestant, Failure
 from drillrig_env.evaluation.suites import Suite
 from drillrig_env.friction import Friction
@@ -25,6 +25,10 @@ from drillrig_env.policy import (
 )
 from drillrig_env.rig import Rig, RigLike
 from drillrig_env.scales import SLEW_LIMIT
+
+
+class UnseenError(ValueError):
+    """A policy must see what the sensors of an environment do not show."""
 
 
 def find_contestants(
@@ -61,7 +65,8 @@ def find_contestants(
             raise
         except BaseException as error:  # a stranger's policy may raise anything
             if names:
-                failures.append(Failure.of(label, "", error))
+                plain = isinstance(error, UnseenError)
+                failures.append(Failure(label, "", str(error)) if plain else Failure.of(label, "", error))
             else:
                 say(f"{label} is left out: {error}")
     return contestants, failures, conditions
@@ -94,8 +99,8 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     """A policy, or all its training seeds, as it competes under some conditions; `label` is its name in the tables.
 
     `conditions` may be an environment's id, for its standard ones. The policy is made once here, so that one that
-    cannot be made is known early. `ValueError` where the environment's sensors do not show what the policy
-    must see, unless it is exact; beyond it, whatever the policy itself raises.
+    cannot be made is known early. `UnseenError`, a `ValueError`, where the environment's sensors do not show what the
+    policy must see, unless it is exact; beyond it, whatever the policy itself raises.
     """
     label = label or source.name
     held = Conditions.named(conditions)
@@ -107,7 +112,10 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     sees, exact = channels_of(made[0]), is_exact(made[0])
     missing = [channel for channel in sees or () if channel not in shown.names]
     if missing and not exact:
-        raise ValueError(f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show")
+        others = [f"; those of {one} do" for one in showing(sees or ())][:1]
+        raise UnseenError(
+            f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show{''.join(others)}"
+        )
     env = held.arguments
     if sees is not None and sees != shown.names:
         env["sensors"] = sees

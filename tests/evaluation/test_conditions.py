@@ -54,6 +54,12 @@ def test_agents_of_different_trainings_meet_standard_conditions():
     assert "and meets the sensors of DrillRig-v0, noise 0.0" in line
 
 
+def test_agents_of_different_environments_meet_the_first_that_shows_what_all_see():
+    both = {"a": SURFACE, "b": {"env_id": "DrillRigUnknown-v0", "env_kwargs": {}}}
+    assert conditions_for(both, say=lambda _: None) == Conditions.of("DrillRigSurface-v0")
+    assert conditions_for({**both, "c": PLAIN}, say=lambda _: None) == Conditions.of("DrillRig-v0")  # none shows all
+
+
 def test_a_training_under_standard_conditions_needs_no_word():
     said = []
     conditions_for({"b": PLAIN}, say=said.append)

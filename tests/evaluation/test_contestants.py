@@ -97,7 +97,9 @@ def test_who_must_see_what_is_not_shown_cannot_compete(tmp_path):
         contestant_of(find_policy(name), "DrillRigSurface-v0", "mine")
     contestants, failures, _ = find_contestants([name, "constant"], "DrillRigSurface-v0")
     assert [one.name for one in contestants] == ["constant"]
-    assert len(failures) == 1
+    (failure,) = failures
+    assert (failure.error.startswith(f"{name} sees bit_speed"), failure.trace) == (True, "")
+    assert failure.error.endswith("; those of DrillRig-v0 do")
 
 
 def test_a_name_that_is_nothing_is_refused_before_any_other_is_made():
