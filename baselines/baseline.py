@@ -193,7 +193,7 @@ class Baseline(AtHome):
         name = self.known_as or type(self).__name__
         observation = observations_of(name, self.sensors.names, observation)
         batch = np.atleast_2d(observation)
-        check_state(name, (len(batch), self.memory), state)
+        check_state(name, len(batch), [self.memory], state)
         starts = flags_of(name, len(batch), episode_start)
         memory = np.zeros((len(batch), self.memory)) if state is None else np.array(state[0])
         if starts is not None:

@@ -154,11 +154,8 @@ class Agent(AtHome):
         name = self.known_as or self.config["algorithm"]
         observation = observations_of(name, self.sensors.names, observation)
         rigs = 1 if observation.ndim == 1 else len(observation)
-        if self.frames > 1:
-            channels = observation.shape[-1] + (0 if self.observer is None else len(ESTIMATED))
-            check_state(name, (rigs, self.frames * channels), state)
-        elif (lstm := lstm_of(self.model)) is not None:
-            check_state(name, (rigs, lstm.num_layers * lstm.hidden_size), state)
+        if widths := self._widths(observation.shape[-1]):
+            check_state(name, rigs, widths, state)
         flags = flags_of(name, rigs, episode_start)
         if self.observer is None:
             actions, memory = self._act(observation, state, flags, deterministic)
@@ -170,6 +167,13 @@ class Agent(AtHome):
             memory = (*(memory or ()), remembered)
         rate = self.slew_limit * self._elsewhere / self._acting
         return (actions if rate == 1.0 else np.clip(rate * actions, -1.0, 1.0)), memory
+
+    def _widths(self, channels: int) -> list[int]:
+        """Numbers that it remembers of a rig, by parts of its state, but for those of an observer."""
+        lstm = lstm_of(self.model)
+        shown = channels + (0 if self.observer is None else len(ESTIMATED))
+        stacks = [self.frames * shown] if self.frames > 1 else []
+        return stacks + ([] if lstm is None else 2 * [lstm.num_layers * lstm.hidden_size])
 
     def _act(
         self,
@@ -186,6 +190,9 @@ class Agent(AtHome):
             stack = no_frames(len(rows), self.frames, rows.shape[1]) if state is None else state[0]
             rows = push(stack, rows, episode_start)
             stacks, state = (rows,), None if state is None else state[1:]
+        if lstm is not None and not len(rows):  # sb3-contrib steps through rigs, and wants one
+            none = np.empty((0, lstm.num_layers * lstm.hidden_size), np.float32)
+            return np.empty((0, 1), np.float32), (*stacks, none, none)
         memory = layers_of(state, lstm.num_layers) if lstm is not None and state else None
         actions, memory = self.model.predict(rows, memory, episode_start, deterministic)
         return actions.reshape(*observation.shape[:-1], 1), (*stacks, *(rows_of(memory) if memory else ()))

@@ -38,18 +38,24 @@ def observations_of(name: str, channels: Sequence[str], observation: Any) -> Obs
     return found
 
 
-def check_state(name: str, shape: tuple[int, int], state: Any) -> None:
-    """Raise `ValueError` where `state` is not what the policy `name` returns: its memory first, of this shape.
+def check_state(name: str, rigs: int, widths: Sequence[int], state: Any) -> None:
+    """Raise `ValueError` where `state` is not what the policy `name` returns: first parts of these widths.
 
-    The shape is (rigs, numbers that the policy keeps of a rig); None is the state at first.
+    Each part has the shape (rigs, width) and is finite; more may follow. None is the state at first.
     """
     if state is None:
         return
     if not isinstance(state, tuple | list) or not len(state):
         raise refuse(name, "kind of the state", type(state).__name__, "", "None, or what the last predict returned")
-    found = np.shape(state[0])
-    if found != shape:
-        raise refuse(name, "shape of the state", found, "", f"{shape}, as the last predict returned it for these rigs")
+    if len(state) < len(widths):
+        raise refuse(name, "parts of the state", len(state), "", f"{len(widths)}, as the last predict returned them")
+    for part, width in zip(state, widths, strict=False):
+        found = np.shape(part)
+        if found != (rigs, width):
+            allowed = f"{(rigs, width)}, as the last predict returned it for these rigs"
+            raise refuse(name, "shape of the state", found, "", allowed)
+        if not np.isfinite(part).all():
+            raise refuse(name, "state", "one that is not finite", "", "finite numbers")
 
 
 def flags_of(name: str, rigs: int, episode_start: Any) -> npt.NDArray[np.bool_] | None:

@@ -71,3 +71,19 @@ def test_lists_and_no_rigs_at_all_are_taken(name):
     np.testing.assert_allclose(listed, actions, atol=1e-6)
     assert policy.predict(seen(0))[0].shape == (0, 1)
     assert policy.predict(seen(1)[0], None, True)[0].shape == (1,)
+
+
+def test_a_network_with_a_memory_refuses_half_of_it_and_what_is_no_number():
+    policy = load("ppo_unknown")
+    shown = seen()[:, : len(policy.sensors.names)]
+    actions, memory = policy.predict(shown)
+    assert actions.shape == (3, 1)
+    with pytest.raises(ValueError, match="parts of the state = 1 is not allowed; allowed: 2, as the last predict"):
+        policy.predict(shown, memory[:1])
+    with pytest.raises(ValueError, match=r"shape of the state = \(2, 128\) .*; allowed: \(3, 128\)"):
+        policy.predict(shown, (memory[0], memory[1][:2]))
+    with pytest.raises(ValueError, match="state = one that is not finite is not allowed; allowed: finite numbers"):
+        policy.predict(shown, (memory[0], np.full_like(memory[1], np.nan)))
+    actions, memory = policy.predict(shown[:0])
+    assert (actions.shape, [part.shape for part in memory]) == ((0, 1), [(0, 128), (0, 128)])
+    assert policy.predict(shown[:0], memory)[0].shape == (0, 1)
