@@ -17,8 +17,9 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from agents.policy.run_folder import FIRST_MODEL
 from agents.policy.weights import load_weights
+from agents.training.actor import actor_of
 from agents.training.checkpoint import save_model
-from agents.training.imitation import actor_of, imitation_cost
+from agents.training.imitation import imitation_cost
 
 _ROWS = 1024  # observations for which the actor is compared in an update
 

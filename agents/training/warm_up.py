@@ -13,8 +13,8 @@ from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.vec_env import VecEnv
 
 from agents.policy.environment import batch_of
+from agents.training.actor import actor_of
 from agents.training.hyperparameters import algorithm_class
-from agents.training.imitation import actor_of
 
 
 def stagger(env: VecEnv, apart: int = 1) -> None:

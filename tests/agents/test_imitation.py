@@ -7,7 +7,8 @@ from stable_baselines3 import PPO, SAC
 
 from agents.policy.environment import batch_of, make_environment
 from agents.policy.run_folder import load_policy
-from agents.training.imitation import Exact, Imitation, Teacher, actor_of, imitate
+from agents.training.actor import actor_of
+from agents.training.imitation import Exact, Imitation, Teacher, imitate
 from agents.training.settings import Training, checked_config
 from agents.training.train import train
 from agents.training.warm_up import stagger

@@ -11,8 +11,9 @@ from agents.recurrent.imitation import imitate_episodes
 from agents.recurrent.sequences import Sequences
 from agents.recurrent.through_estimates import ToldActor
 from agents.recurrent.told import TERMINAL, told_of
+from agents.training.actor import actor_of
 from agents.training.hyperparameters import algorithm_class, hyperparameters
-from agents.training.imitation import Imitation, Teacher, actor_of, imitation_cost, share_of_student
+from agents.training.imitation import Imitation, Teacher, imitation_cost, share_of_student
 from agents.training.warm_up import WarmUp, stagger
 from drillrig_env.env.privileged import PRIVILEGED
 from tests.agents.tiny import SHORT
