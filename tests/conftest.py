@@ -1,9 +1,11 @@
-"""Tests open no window, and compare with Radau at a tolerance that is fine enough for what they ask.
+"""Tests open no window, hear Ctrl-C, and compare with Radau at a tolerance that is fine enough for what they ask.
 
-SDL gets a driver without a screen before anything imports it.
+SDL gets a driver without a screen before anything imports it. What a shell starts with `&` may be deaf to Ctrl-C, which
+tests send to themselves.
 """
 
 import os
+import signal
 from functools import partial
 
 import pytest
@@ -12,6 +14,8 @@ from drillrig_env import simulation
 from drillrig_env.reference import radau
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
