@@ -54,7 +54,10 @@ def refused(capsys, *arguments):
         ("-params gamma:[", "gamma:[: not plain YAML: line 1: "),
         ("-params gamma:!!python/name:os.system", "could not determine a constructor for the tag"),
         ("-params policy:Mlp", "policy 'Mlp' is not known"),
-        ("-params learning_rate:lin_-1", "schedule 'lin_-1' is not allowed"),
+        (
+            "-params learning_rate:lin_-1",
+            "learning_rate = lin_-1 is not allowed; allowed: > 0 and <= 1, or lin_<number>",
+        ),
         ("--env-kwargs rig:5", "rig = 5 is not allowed; allowed: a Rig, a dictionary"),
         ("--env-kwargs rig:rig.toml", "there is no file rig.toml"),
         ("--env-kwargs nois:2", "did you mean noise"),
