@@ -77,10 +77,9 @@ _SECTIONS = (
         "unknown",
         "What was tried where nobody knows the rig",
         "A recipe for `ppo_unknown` that takes minutes, with one piece changed at a time (frames have settings of "
-        "their own): a sixth of the steps by trial and three quarters of those of imitation that the shipped agent had. "
-        "It imitates `LQROfRig`, its reward "
-        "is `phases` as it is, and its memory estimates nothing; the row *as what ships* has all three as the "
-        "shipped agent. * is told what no real rig tells.",
+        "their own): a sixth of the steps by trial and three quarters of those of imitation that the shipped agent "
+        "had. It imitates `LQROfRig`, its reward is `phases` as it is, and its memory estimates nothing; the row *as "
+        "what ships* has all three as the shipped agent. * is told what no real rig tells.",
         "try",
         _UNKNOWN,
         "rigs at most, those of a fleet for validation drawn as in `unknown`, 16 episodes of each",
