@@ -139,8 +139,21 @@ def check_writable_file(path: str | Path) -> None:
         check_writable(path.parent)
 
 
+def put_folder(new: Path, folder: Path, old: Path) -> None:
+    """Put a folder in the place of another, which becomes `old`. `OSError` where it cannot; then all is as it was."""
+    if not folder.exists():
+        os.replace(new, folder)
+        return
+    os.replace(folder, old)
+    try:
+        os.replace(new, folder)
+    except OSError:
+        os.replace(old, folder)
+        raise
+
+
 @contextmanager
-def written_folders(folders: Sequence[Path], check: Callable[[], object] = lambda: None) -> Iterator[list[Path]]:
+def written_folders(folders: Sequence[Path], check: Callable[[], object] | None = None) -> Iterator[list[Path]]:
     """Folders to write into; when the block ends, each takes the place of one of `folders`, at once.
 
     They lie beside `folders`, hidden. Where the block raises, or after it `check`, which may say that a folder must not
@@ -152,15 +165,13 @@ def written_folders(folders: Sequence[Path], check: Callable[[], object] = lambd
         for path in new:
             path.mkdir(parents=True)
         yield new
-        check()
+        if check is not None:
+            check()
         for path, folder in zip(new, folders, strict=True):
-            if folder.exists():
-                old = path.with_name(f"{path.name}.old")
-                os.replace(folder, old)
-                os.replace(path, folder)
+            old = path.with_name(f"{path.name}.old")
+            put_folder(path, folder, old)
+            if old.exists():
                 shutil.rmtree(old)
-            else:
-                os.replace(path, folder)
     finally:
         for path in new:
             shutil.rmtree(path, ignore_errors=True)

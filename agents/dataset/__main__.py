@@ -83,11 +83,7 @@ def make(recipe: Recipe, players: Sequence[Player], folders: Mapping[str, Path],
     """
     groups = [list(players)] if recipe.mixed else [[player] for player in players]
     recorded: dict[str, dict[str, np.ndarray]] = {}
-
-    def still_free() -> None:
-        if not recipe.overwrite:
-            check_free(folders.values())
-
+    still_free = None if recipe.overwrite else partial(check_free, folders.values())
     with written_folders(list(folders.values()), still_free) as new:
         sets = []
         with Progress("data sets", len(players)) as progress:

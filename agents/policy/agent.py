@@ -11,7 +11,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.policy.environment import environment_arguments, task_of
 from agents.policy.frames import no_frames, push
-from agents.policy.memory import Rows, layers_of, lstm_of, rows_of
+from agents.policy.memory import Rows, layers_of, lstm_of, rows_of, width_of
 from agents.policy.observer import ESTIMATED, Observer
 from drillrig_env.drive import Drive
 from drillrig_env.env.sensors import Sensors
@@ -173,7 +173,7 @@ class Agent(AtHome):
         lstm = lstm_of(self.model)
         shown = channels + (0 if self.observer is None else len(ESTIMATED))
         stacks = [self.frames * shown] if self.frames > 1 else []
-        return stacks + ([] if lstm is None else 2 * [lstm.num_layers * lstm.hidden_size])
+        return stacks + ([] if lstm is None else 2 * [width_of(lstm)])
 
     def _act(
         self,
@@ -191,7 +191,7 @@ class Agent(AtHome):
             rows = push(stack, rows, episode_start)
             stacks, state = (rows,), None if state is None else state[1:]
         if lstm is not None and not len(rows):  # sb3-contrib steps through rigs, and wants one
-            none = np.empty((0, lstm.num_layers * lstm.hidden_size), np.float32)
+            none = np.empty((0, width_of(lstm)), np.float32)
             return np.empty((0, 1), np.float32), (*stacks, none, none)
         memory = layers_of(state, lstm.num_layers) if lstm is not None and state else None
         actions, memory = self.model.predict(rows, memory, episode_start, deterministic)

@@ -17,6 +17,11 @@ def lstm_of(model: BaseAlgorithm) -> Any:
     return getattr(model.policy, "lstm_actor", None)
 
 
+def width_of(lstm: Any) -> int:
+    """Numbers of a rig in each of the two parts of a memory."""
+    return int(lstm.num_layers * lstm.hidden_size)
+
+
 def rows_of(memory: Rows) -> Rows:
     """A memory as Stable-Baselines3 has it, (layers, rigs, hidden) each, with a row a rig."""
     return tuple(np.swapaxes(part, 0, 1).reshape(part.shape[1], -1) for part in memory)

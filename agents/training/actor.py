@@ -32,6 +32,11 @@ class Actor:
             self.spread[0].fill_(log_std)
 
 
+def is_finite(network: torch.nn.Module) -> bool:
+    """Whether all weights of a network are numbers."""
+    return all(bool(one.isfinite().all()) for one in network.parameters())
+
+
 def actor_of(model: BaseAlgorithm) -> Actor:
     """The acting part of PPO or SAC; with a memory that of `AsymmetricPPO`, for episodes from their beginning on.
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from agents.training.actor import is_finite
 from drillrig_env.files import write_bytes
 
 _SECONDS = 2.0  # of work that a stop may lose
@@ -85,8 +86,7 @@ class Imitated:
             self._write()
 
     def _now(self) -> dict[str, Any]:
-        networks = [one for one in self.learns if isinstance(one, torch.nn.Module)]
-        if not all(bool(one.isfinite().all()) for network in networks for one in network.parameters()):
+        if not all(is_finite(one) for one in self.learns if isinstance(one, torch.nn.Module)):
             raise FloatingPointError("what imitates has weights that are no numbers any more")
         parts = [copy.deepcopy(one.state_dict()) for one in self.learns]
         generators = {"random": json.dumps(self.random.bit_generator.state), "torch": torch.get_rng_state()}

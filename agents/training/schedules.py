@@ -39,14 +39,14 @@ def policy_kwargs(value: str | Mapping[str, Any]) -> dict[str, Any]:
 
     The text may hold plain values and classes of `torch.nn`. Raises `ValueError` for anything else.
     """
+    if isinstance(value, Mapping):
+        return dict(value)
     refusal = (
         f"policy_kwargs = {value!r} is not allowed; allowed: dict(name=value, ...) with plain values and nn.<class>"
     )
-    if isinstance(value, Mapping):
-        return dict(value)
+    if not isinstance(value, str):
+        raise ValueError(refusal)
     try:
-        if not isinstance(value, str):
-            raise ValueError(refusal)
         call = ast.parse(value.strip(), mode="eval").body
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "dict") or call.args:
             raise ValueError(refusal)

@@ -24,6 +24,7 @@ from agents.policy.run_folder import (
     read_config,
     write_config,
 )
+from agents.training.actor import is_finite
 from agents.training.anchor import Anchor
 from agents.training.callbacks import Checkpoint, Evaluate
 from agents.training.checkpoint import load_checkpoint, save_model
@@ -224,7 +225,7 @@ def _keep(model: BaseAlgorithm, folder: Path, total: int, imitates: bool, end: B
 
     What still `imitates` has kept that itself, and is no agent yet.
     """
-    if not all(bool(one.isfinite().all()) for one in model.policy.parameters()):
+    if not is_finite(model.policy):
         end.add_note("its weights are no numbers any more, and not kept; a lower learning_rate may help")
         return
     if imitates:

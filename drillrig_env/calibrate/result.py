@@ -21,7 +21,7 @@ import numpy as np
 
 from drillrig_env.calibrate.page import page
 from drillrig_env.calibrate.report import Report
-from drillrig_env.files import check_writable, json_text, owned, write_text
+from drillrig_env.files import check_writable, json_text, owned, put_folder, write_text
 from drillrig_env.plots.style import Picture, look, save
 
 _FILES = ("rig.toml", "friction.toml", "calibration.json", "draws.npz", "index.html")
@@ -73,7 +73,7 @@ def reserved(folder: Path, overwrite: bool = False) -> Iterator[Path]:
             new.mkdir()
             try:
                 yield new
-                _put(new, folder, old)
+                put_folder(new, folder, old)
             finally:
                 for left in (new, old):
                     shutil.rmtree(left, ignore_errors=True)
@@ -103,19 +103,6 @@ def write_result(folder: Path, report: Report, pictures: Mapping[str, Picture]) 
         write_text(folder / "index.html", page(report, {folder / f"{name}.png": captions[name] for name in captions}))
     except OSError as error:  # a full disk names no file
         raise type(error)(f"the result cannot be written: {(error.strerror or str(error)).lower()}") from error
-
-
-def _put(new: Path, folder: Path, old: Path) -> None:
-    """Put a folder in the place of another, which goes."""
-    if not folder.exists():
-        os.replace(new, folder)
-        return
-    os.replace(folder, old)
-    try:
-        os.replace(new, folder)
-    except OSError:
-        os.replace(old, folder)
-        raise
 
 
 def _remove(hidden: Path) -> None:

@@ -95,8 +95,8 @@ def conditions_for(
     if ways and all(way == ways[0] for way in ways) and env_id in (None, ways[0].env_id):
         conditions = ways[0]
     else:
-        suited = showing([channel for way in ways for channel in way.sensors.names])
-        conditions = Conditions.of(env_id or next(iter([*suited, *ENVIRONMENTS])))
+        seen = [channel for way in ways for channel in way.sensors.names]
+        conditions = Conditions.of(env_id or [*showing(seen), *ENVIRONMENTS][0])
     for name, config in trainings.items():
         if line := _told(trained[name], conditions, config["env_kwargs"]):
             say(f"{name} was trained with {line}")

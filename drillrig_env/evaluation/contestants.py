@@ -112,10 +112,9 @@ def contestant_of(source: PolicySource, conditions: str | Conditions, label: str
     sees, exact = channels_of(made[0]), is_exact(made[0])
     missing = [channel for channel in sees or () if channel not in shown.names]
     if missing and not exact:
-        others = [f"; those of {one} do" for one in showing(sees or ())][:1]
-        raise UnseenError(
-            f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show{''.join(others)}"
-        )
+        other = next(iter(showing(sees or ())), None)
+        hint = f"; those of {other} do" if other else ""
+        raise UnseenError(f"{label} sees {', '.join(missing)}, which the sensors of {held.env_id} do not show{hint}")
     env = held.arguments
     if sees is not None and sees != shown.names:
         env["sensors"] = sees
